@@ -20,11 +20,81 @@ constexpr int kPlaceDecimals = 7;
 constexpr int kHeightDecimals_mm = 4;
 constexpr int kHeightDecimals_inch = 6;
 
+/// LinuxCNC refuses lines of more than 252 characters (its buffer of 255 must not be full with the
+/// line's end).
+constexpr std::size_t kMaxLine = 252;
+
+/// Begins what is left of a comment: there the control looks for orders to itself (MSG, LOG).
+constexpr std::string_view kGoesOn = "... ";
+
+/// Number of bytes of a text to write, without a part of a UTF-8 character.
+std::size_t fitting(std::string_view text, std::size_t n_most) {
+  if (text.size() <= n_most) return text.size();
+  std::size_t n = n_most;
+  while (n > 0 && (static_cast<unsigned char>(text[n]) & 0xC0U) == 0x80U) --n;
+  return n > 0 ? n : n_most;
+}
+
+/// Writes a comment in as many lines as it needs.
+void append_in_lines(std::string_view comment, std::string_view slash, std::string& out) {
+  const bool is_bracketed = comment.starts_with('(');
+  std::string_view text = comment.substr(1, comment.size() - (is_bracketed ? 2 : 1));
+  std::size_t n_most = kMaxLine - slash.size() - (is_bracketed ? 2 : 1);
+  std::string_view leader;
+  do {
+    const std::size_t n = fitting(text, n_most);
+    out += slash;
+    out += comment.front();
+    out += leader;
+    out += text.substr(0, n);
+    out += is_bracketed ? ")\n" : "\n";
+    text.remove_prefix(n);
+    if (leader.empty()) n_most -= kGoesOn.size();
+    leader = kGoesOn;
+  } while (!text.empty());
+}
+
 }  // namespace
 
 void GcodeLines::put(const GcodeBlock& block) {
+  if (block.text.size() > kMaxLine) return put_long(block);
   text_ += block.text;
   text_ += '\n';
+}
+
+/// Without the blanks, and with the comments in lines of their own before it: the control obeys
+/// those first (LinuxCNC, Order of Execution).
+void GcodeLines::put_long(const GcodeBlock& block) {
+  if (!block.rest.empty()) put_comments(block);
+  if (block.words.empty() && !block.rest.empty()) return;
+  line_ = block.is_deleted ? "/" : "";
+  for (const GcodeWord& word : block.words) {
+    if (&word != &block.words.front()) line_ += ' ';
+    for (const char c : block.text.substr(word.begin, word.end - word.begin)) {
+      if (c != ' ' && c != '\t') line_ += c;
+    }
+  }
+  end_line();
+}
+
+void GcodeLines::put_comments(const GcodeBlock& block) {
+  const std::string_view slash = block.is_deleted ? "/" : "";
+  if (slash.size() + block.rest.size() <= kMaxLine) {
+    text_ += fmt::format("{}{}\n", slash, block.rest);
+    return;
+  }
+  std::string_view rest = block.rest;
+  while (!rest.empty()) {
+    const std::size_t n = rest.front() == '%'   ? 1
+                          : rest.front() == '(' ? rest.find(')') + 1
+                                                : rest.size();
+    if (rest.front() == '%') {
+      text_ += "%\n";
+    } else {
+      append_in_lines(rest.substr(0, n), slash, text_);
+    }
+    rest.remove_prefix(n);
+  }
 }
 
 void GcodeLines::put_unstated(std::string_view words) {
@@ -106,12 +176,9 @@ void GcodeLines::end_line() {
 void GcodeLines::end_block(const GcodeBlock& block) {
   put_others(block, true);
   if (block.rest.empty()) return end_line();
-  // New coordinates may have more digits. LinuxCNC refuses lines of more than 252 characters (its
-  // buffer of 255 must not be full with the line's end).
-  constexpr std::size_t kMaxLine = 252;
+  // New coordinates may have more digits.
   if (line_.size() + 1 + block.rest.size() > kMaxLine) {
-    text_ += block.rest;
-    text_ += '\n';
+    put_comments(block);
   } else {
     line_ += " " + block.rest;
   }

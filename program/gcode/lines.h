@@ -18,7 +18,7 @@ namespace panelcal::gcode {
 /// way round; the new line has enough that this does not happen. Lines end with LF.
 class GcodeLines {
  public:
-  /// The line as it is.
+  /// The line as it is; if LinuxCNC would refuse it as too long, in several.
   void put(const GcodeBlock& block);
 
   /// A line of modal words that the program relies on and does not state; nothing if there are
@@ -52,6 +52,8 @@ class GcodeLines {
   std::string take() { return std::move(text_); }
 
  private:
+  void put_long(const GcodeBlock& block);
+  void put_comments(const GcodeBlock& block);
   void put_coordinate(char letter, double value_mm, const Counting& counting, int n_decimals);
   double put_number(char letter, double value, int n_decimals);
   void put_others(const GcodeBlock& block, bool after);

@@ -148,6 +148,7 @@ void see_motion(Collector& collector) {
                            "G41\nG00X0.Y0.\n",
                            "T1\nG00X0.Y0.\nG41\nM15\nG01X1.\nM17\n",
                            "G00X0.Y0.\nT0102\nG41\nM15\nG01X1.\nM17\n",
+                           "G00X0.Y0.\nM25\nM15\nG01X1.\nF02\nM17\nM01\nM02X9.\nM08\n",
                            "G82X1.Y1.\nX1.Y1.\nX4.Y3.\n",
                            "M47,ABCDEFGHIJKLMNOPQRSTU\n"}) {
     collector.see_body(body);

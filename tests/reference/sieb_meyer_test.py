@@ -43,9 +43,6 @@ CONSTRUCTS = {name: re.compile(pattern, re.MULTILINE) for name, pattern in {
     "letter alone": r"X[YTG\n]", "no decimal point": r"^X-?\d+Y", "H": r"H\d", "K": r"K\.?\d", "Z": r"Z\.?\d", "labeled": "^/",
     "comment": r"\(HOLE", "tool change within a section": r"M31\n[^M]*T\d"}.items()}
 
-# panelcal writes one T0 line where a contour ends and the next begins; the manual shows two.
-ALLOWED_IN_WRITTEN = "a contour must begin with T0"
-
 
 def compare(program, subprograms, jsonl):
     """Counts of compared operations; Difference if the two readings differ."""
@@ -84,7 +81,7 @@ class Programs(unittest.TestCase):
 
     def test_written_programs_say_what_the_json_lines_say(self):
         """panelcal's own .s5 output, read by the second reading."""
-        compared, refused = 0, collections.Counter()
+        compared = 0
         for seed in range(OPTIONS.seed, OPTIONS.seed + OPTIONS.programs // 2):
             program, subprograms = Writer(seed).program()
             if re.search("G3[26]|G73", program + subprograms):
@@ -95,13 +92,10 @@ class Programs(unittest.TestCase):
             try:
                 compare_written(interpret(written), events_of_panelcal(self.executed(program, subprograms)))
                 compared += 1
-            except Refusal as refusal:
-                refused[refusal.message] += 1
-                self.assertRegex(refusal.message, ALLOWED_IN_WRITTEN, f"seed {seed}: {refusal}\n{written}")
-            except Difference as difference:
-                self.fail(f"seed {seed}: {difference}\n{written}")
-        print(f"{compared} written programs compared, refused: {dict(refused)}")
-        self.assertLess(refused.total(), 0.2 * compared)
+            except (Refusal, Difference) as problem:
+                self.fail(f"seed {seed}: {problem}\n{written}")
+        print(f"{compared} written programs compared, 0 refused")
+        self.assertGreaterEqual(compared, OPTIONS.programs // 5)
 
     def test_programs_of_the_repository_are_executed_alike(self):
         results = collections.Counter()

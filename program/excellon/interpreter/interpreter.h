@@ -131,6 +131,8 @@ class Interpreter {
 
   // sections.cc
   void run_section(int line);
+  void warn_of_feed(const RepeatSection& section);
+  void warn_of_open_count(const RepeatSection& section);
   void end_section(const RepeatSection& section);
   bool run_kept(const RepeatSection& section, const Modal& start);
   void run_level(const RepeatSection& section,
@@ -183,6 +185,8 @@ class Interpreter {
   void rout_arc(const Block& block, const Eigen::Vector2d& from_mm, double step_mm);
   void plunge(const Block& block, PlungeKind kind);
   void retract(const Block& block, bool with_clamping);
+  void set_table_feed(const Block& block, std::optional<Feed> feed);
+  std::optional<Feed> table_feed();
   void switch_compensation(const Block& block, CompensationSide side);
   void routed_circle(const Block& block, Command command);
   void step_slot(const Block& block,
@@ -254,6 +258,11 @@ class Interpreter {
   std::optional<int> compensation_index_;
   /// The T# that changed the compensation index behind the G00 in force.
   std::optional<std::pair<Place, std::string>> late_index_;
+  /// The last F# of rout mode in the pattern that is being executed, or in the program outside.
+  std::optional<std::pair<Place, std::string>> feed_in_pattern_;
+  bool takes_feed_from_before_ = false;  ///< a rout of that pattern, ahead of its first F#
+  /// The last F# of a section whose pattern has routed at another feed before.
+  std::optional<std::pair<Place, std::string>> late_feed_;
   std::map<int, bool> body_hits_off_;  ///< H without a number
   std::map<int, Tool> body_tools_;     ///< their data in the body, as far as it rules
   std::set<int> undefined_tools_;
@@ -268,12 +277,15 @@ class Interpreter {
   bool warned_format_ = false;  ///< or nothing is to be warned of
   bool warned_slash_ = false;
   bool warned_split_ = false;   ///< two blocks in a line
+  bool warned_feed_ = false;    ///< of a pattern's copies
+  bool warned_count_ = false;   ///< offsets counted anew without a bare M02
   bool warned_padded_ = false;  ///< zeros beyond the format's digits
   bool states_zeros_;           ///< in the header, or by INCH or METRIC in the body
   bool reported_no_tool_ = false;
-  bool ended_ = false;       ///< nothing more is executed
-  bool has_end_ = false;     ///< because the program said so
-  bool ends_early_ = false;  ///< the end is that of end_at()
+  int line_of_open_count_ = 0;  ///< see RepeatSection
+  bool ended_ = false;          ///< nothing more is executed
+  bool has_end_ = false;        ///< because the program said so
+  bool ends_early_ = false;     ///< the end is that of end_at()
   std::int64_t n_vision_steps_ = 0;
   std::size_t asked_until_ = 0;
 };

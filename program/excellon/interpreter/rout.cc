@@ -33,6 +33,16 @@ bool Interpreter::drill_mode(const Block& block) {
   return true;
 }
 
+void Interpreter::set_table_feed(const Block& block, std::optional<Feed> feed) {
+  modal_.feed = feed;
+  feed_in_pattern_.emplace(Place{reporter_.file(), block.line, block.column}, block.text);
+}
+
+std::optional<Feed> Interpreter::table_feed() {
+  takes_feed_from_before_ |= !feed_in_pattern_;
+  return modal_.feed;
+}
+
 void Interpreter::start_motion(const Block& block, Motion motion) {
   if (motion == Motion::Rapid) {
     if (refuse_while_plunged(block)) return;
@@ -62,7 +72,7 @@ void Interpreter::move_or_rout(const Block& block, std::span<const Word> words) 
   if (read.radius_mm && (read.ij_mm[0] || read.ij_mm[1])) {
     return report(Code::ArgumentInvalid, block, words.front(), "A#, or I#J#, not both");
   }
-  if (read.feed) modal_.feed = read.feed;
+  if (read.feed) set_table_feed(block, read.feed);
   if (read.radius_mm || read.ij_mm[0] || read.ij_mm[1]) modal_.arc_step_mm = read.step_mm;
   if (read.radius_mm) {
     modal_.radius_mm = read.radius_mm;
@@ -86,7 +96,7 @@ void Interpreter::move_or_rout(const Block& block, std::span<const Word> words) 
     case Motion::Rapid:
       return emitter_.move(block.line, modal_.at_mm);
     case Motion::Line:
-      return emitter_.rout(block.line, modal_.at_mm, modal_.feed);
+      return emitter_.rout(block.line, modal_.at_mm, table_feed());
     default:
       return rout_arc(
           block, from_mm, std::max({from_step_mm, modal_.at_step_mm, modal_.arc_step_mm}));
@@ -124,7 +134,7 @@ void Interpreter::rout_arc(const Block& block, const Eigen::Vector2d& from_mm, d
                      block.column,
                      fmt::format("{} by {:.4f} mm", quoted(block.text), fit.adjusted_mm));
   }
-  emitter_.rout(block.line, fit.arc, modal_.feed);
+  emitter_.rout(block.line, fit.arc, table_feed());
 }
 
 void Interpreter::plunge(const Block& block, PlungeKind kind) {
@@ -196,7 +206,7 @@ void Interpreter::routed_circle(const Block& block, Command command) {
        {circle->far_mm, circle->near_mm, circle->far_mm, circle->retract_mm}) {
     const ArcFit fit =
         arc_from_radius(at_mm, to_mm, circle->radius_mm, is_clockwise, 2 * rounding_mm());
-    emitter_.rout(block.line, fit.arc, modal_.feed);
+    emitter_.rout(block.line, fit.arc, table_feed());
     at_mm = to_mm;
   }
   emitter_.put(block.line, Retract{false});
@@ -218,8 +228,9 @@ void Interpreter::step_slot(const Block& block,
                               end_mm,
                               mm(*words.initial_depth_mm),
                               mm(*words.depth_mm),
-                              modal_.feed);
+                              table_feed());
   }
+  const std::optional<Feed> feed = table_feed();
   const Length final_depth = tool_->depth_offset.value_or(Length());
   if (!emitter_.is_executing()) {
     emitter_.count_operations(2 * passes->size() + 2, block.line);
@@ -232,7 +243,7 @@ void Interpreter::step_slot(const Block& block,
                     CompensationSide::Off,
                     std::nullopt,
                     final_depth + mm((*passes)[i]));
-    emitter_.rout(block.line, i % 2 == 0 ? end_mm : start_mm, modal_.feed);
+    emitter_.rout(block.line, i % 2 == 0 ? end_mm : start_mm, feed);
   }
   emitter_.put(block.line, Retract{false});
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "program/excellon/interpreter/interpreter.h"
+#include <fmt/format.h>
 
 namespace panelcal::excellon {
 
@@ -19,11 +20,13 @@ void Interpreter::run_section(int line) {
                      is_plunged_ ? "M16 or M17 first" : "M01 and M08 first");
     return;
   }
-  const auto section = scan_section(cursor_, line, {format_, set_, deletes_blocks_}, reporter_);
+  const auto section =
+      scan_section(cursor_, line, {format_, set_, deletes_blocks_, line_of_open_count_}, reporter_);
   if (!section) {
     ended_ = true;
     return;
   }
+  warn_of_open_count(*section);
   if (trial_ != nullptr) {
     trial_->is_repeated = true;
     emitter_.stop_executing();
@@ -34,10 +37,40 @@ void Interpreter::run_section(int line) {
   const Modal start = modal_;
   if (!run_kept(*section, start)) run_level(*section, start, section->levels.size(), frame_);
   if (is_first_walk() && !section->has_vision) check_tools_of_copies(*section, start);
+  warn_of_feed(*section);
   in_pattern_ = false;
   place_.path.resize(depth);
   place_.placement = frame_;
   if (!has_ended()) end_section(*section);
+}
+
+/// "After the last M02 repeat command, an extra M02 command which requires no coordinates, must be
+/// added in a block by itself. This will clear a counter." Offsets count anew at each M01 all the
+/// same, as those of R#M02 do in the manual's sample program.
+void Interpreter::warn_of_open_count(const RepeatSection& section) {
+  line_of_open_count_ = section.line_of_open_count;
+  if (!section.count_behind_open_one || std::exchange(warned_count_, true)) return;
+  const auto& [block, line] = *section.count_behind_open_one;
+  reporter_.report(
+      Code::NotationAccepted,
+      block.line,
+      block.column,
+      fmt::format("{} counts from its pattern, not on from line {}", quoted(block.text), line),
+      fmt::format("M02 in a block by itself behind line {}", line));
+}
+
+/// "A repeat of all the commands" would begin a copy with the feed that the one before has ended
+/// with, "identical patterns" with that of the pattern itself, which it has here.
+void Interpreter::warn_of_feed(const RepeatSection& section) {
+  const auto late = std::exchange(late_feed_, std::nullopt);
+  const bool has_copies = std::ranges::any_of(
+      section.levels, [](const std::vector<Copies>& level) { return !level.empty(); });
+  if (!late || !has_copies || std::exchange(warned_feed_, true)) return;
+  reporter_.report(Code::FeedAssumed,
+                   late->first.line,
+                   late->first.column,
+                   quoted(late->second) + " behind a rout at the feed from before the pattern",
+                   "F# before the pattern's first rout move");
 }
 
 /// The manual clears the incremental accumulators at M08, back to work zero. It does not say what
@@ -223,6 +256,8 @@ void Interpreter::run_instance(const RepeatSection& section,
   if (has_ended()) return;
   place_.placement = placement;
   modal_ = start;
+  const auto feed_outside = std::exchange(feed_in_pattern_, std::nullopt);
+  const bool took_feed_outside = std::exchange(takes_feed_from_before_, false);
   last_cycle_.reset();
   if (!is_inner_section()) vision_.begin_instance();
   cursor_ = section.pattern;
@@ -234,6 +269,10 @@ void Interpreter::run_instance(const RepeatSection& section,
     if (emitter_.n_operations() == n_before) emitter_.count_idle_line(number);
   }
   if (has_ended()) return;
+  const bool is_late = takes_feed_from_before_ && modal_.feed != start.feed;
+  if (is_late && !late_feed_) late_feed_ = feed_in_pattern_;
+  takes_feed_from_before_ = took_feed_outside || (takes_feed_from_before_ && !feed_outside);
+  if (!feed_in_pattern_) feed_in_pattern_ = feed_outside;
   const int end_line = cursor_.line_number();
   refuse_pending(end_line, "the end of the pattern");
   if (std::exchange(is_plunged_, false)) {

@@ -87,7 +87,7 @@ void Interpreter::rate(const Block& block) {
   std::optional<Feed> read;
   if (!read_rate(block, word, format_, is_table, reporter_, read)) return;
   if (is_table) {
-    modal_.feed = read;
+    set_table_feed(block, read);
     return;
   }
   if (!tool_ || tool_->number == 0) {
@@ -180,10 +180,13 @@ void Interpreter::header_word(const SourceLine& line) {
   };
   if (refuse_pending(block.line, block.text)) return;
   const bool states_unit = word == "INCH" || word == "METRIC";
-  if (const auto known = header_.options.find(word); known != header_.options.end()) {
-    const bool is_same = known->second == value || (states_unit && value.empty());
+  const auto known = header_.options.find(word);
+  const Restated added =
+      known == header_.options.end() ? Restated::More : restated(word, known->second, value);
+  if (added != Restated::More) {
     // Behind another G90 or G91 it would switch back, or change nothing.
-    if (is_same && (word != "ICI" || modal_.incremental == header_.incremental)) return;
+    if (added == Restated::Nothing && (word != "ICI" || modal_.incremental == header_.incremental))
+      return;
     return refuse(Code::ArgumentInvalid,
                   quoted(block.text) + " behind " + quoted(known->first + "," + known->second),
                   "one option, in the header");
@@ -196,8 +199,10 @@ void Interpreter::header_word(const SourceLine& line) {
                   quoted(block.text) + " contradicts " + format_.summary(),
                   "one number format for the whole program");
   }
+  const bool says_zeros = value == "LZ" || value == "TZ";
+  if (states_unit && states_unit_ && (value.empty() || (says_zeros && states_zeros_))) return;
   const bool is_known_value =
-      states_unit     ? value.empty() || value == "LZ" || value == "TZ"
+      states_unit     ? value.empty() || says_zeros
       : word == "ICI" ? value == "ON" || value == "OFF"
                       : kind_of_header_word(word) == HeaderWordKind::Passed && value != "T";
   if (!is_known_value || in_pattern_ || in_stored_pattern_ || is_plunged_ ||

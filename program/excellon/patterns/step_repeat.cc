@@ -26,6 +26,7 @@ class SectionScanner {
       : cursor_(from), context_(context), format_(context.format), reporter_(reporter) {
     section_.line = line;
     section_.pattern = from;
+    section_.line_of_open_count = context.line_of_open_count;
   }
 
   std::optional<RepeatSection> scan() {
@@ -176,8 +177,14 @@ class SectionScanner {
       if (block.words[0].letter == 'R' || copies.tool)
         return bad(block, block.words[0], "R#M02X#Y#");
       restarts_ = true;
+      section_.line_of_open_count = 0;
       return true;
     }
+    if (section_.line_of_open_count != 0 && restarts_ && !section_.count_behind_open_one) {
+      section_.count_behind_open_one.emplace(block, section_.line_of_open_count);
+    }
+    const bool stays_open = has_axis && block.words[0].letter != 'R';
+    section_.line_of_open_count = stays_open ? block.line : 0;
     run.step = displacement_mm<frame::Programmed>(step_mm);
     run.restarts = restarts_;
     restarts_ = false;

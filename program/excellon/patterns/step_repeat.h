@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "program/excellon/text/lexer.h"
@@ -23,6 +24,7 @@ struct SectionContext {
   const NumberFormat& format;
   ProgramSet set = ProgramSet::FormatTwo;
   bool deletes_blocks = false;
+  int line_of_open_count = 0;  ///< line_of_open_count of the section before
 };
 
 /// A step and repeat section, from M25 to M08.
@@ -36,6 +38,11 @@ struct RepeatSection {
   bool changes_tools = false;               ///< in the pattern or in an M02 block
   /// The pattern measures, calibrates, or moves through stored corrections.
   bool has_vision = false;
+  /// The last M02 block with X or Y, if no M02 alone has ended its offsets; else 0. Those of R#M02
+  /// end by themselves: the manual's sample program has none behind.
+  int line_of_open_count = 0;
+  /// The first M02 block that counts anew behind such offsets, and the line of those.
+  std::optional<std::pair<Block, int>> count_behind_open_one;
 };
 
 inline constexpr std::size_t kMaxLevels = 64;

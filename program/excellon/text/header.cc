@@ -82,12 +82,13 @@ class HeaderReader {
   }
 
   /// An option that the header has as well changes nothing; another one would not be used.
+  /// False: it is to be read.
   bool is_stated(const SourceLine& line, std::string_view text) {
     const HeaderCommand command = split_header_command(text);
     const auto known = header_.options.find(command.word);
     if (known == header_.options.end()) return false;
-    const bool states_unit = command.word == "INCH" || command.word == "METRIC";
-    if (known->second == command.value || (states_unit && command.value.empty())) return true;
+    const Restated added = restated(command.word, known->second, command.value);
+    if (added != Restated::Other) return added == Restated::Nothing;
     reporter_.report(Code::ArgumentInvalid,
                      line.number,
                      column_of(line, text),

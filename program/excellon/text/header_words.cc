@@ -75,6 +75,14 @@ HeaderCommand split_header_command(std::string_view block) {
   return {stripped(block.substr(0, comma)), stripped(block.substr(comma + 1))};
 }
 
+Restated restated(std::string_view word, std::string_view in_header, std::string_view outside) {
+  if (in_header == outside) return Restated::Nothing;
+  if (word != "INCH" && word != "METRIC") return Restated::Other;
+  const bool is_begin = in_header.starts_with(outside) && in_header[outside.size()] == ',';
+  if (outside.empty() || is_begin) return Restated::Nothing;
+  return in_header.empty() ? Restated::More : Restated::Other;
+}
+
 bool is_header_word(std::string_view block) {
   // Nearly all other blocks have a digit or nothing behind their first letter.
   if (block.size() < 2 || block[0] < 'A' || block[0] > 'Z' || (block[1] >= '0' && block[1] <= '9'))

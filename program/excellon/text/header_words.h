@@ -41,6 +41,16 @@ struct HeaderCommand {
 };
 HeaderCommand split_header_command(std::string_view block);
 
+/// The part of a header command outside the header that the one in it does not say.
+enum class Restated : std::uint8_t {
+  Nothing,  ///< the same, or METRIC behind METRIC,TZ: "there is no harm done"
+  More,     ///< METRIC,TZ behind METRIC, which leaves the zeros open
+  Other,    ///< another option, which the control would not use
+};
+/// Compares the values of two commands with one word.
+/// Source CNC-7 manual, Duplicate Commands
+Restated restated(std::string_view word, std::string_view in_header, std::string_view outside);
+
 /// True for a header command that stands outside the header: a known word that a comma follows, or
 /// one of more than one letter alone. CAN_TEXT_OFF does not count: it is a command of the body.
 bool is_header_word(std::string_view block);

@@ -186,6 +186,8 @@ void Interpreter::set_peck(const Block& block, const Order& order) {
            fmt::format("{} while {} is on", quoted(block.text), peck_.is_on ? "G81" : "G89"),
            peck_.is_on ? "G80 before it" : "G88 before it");
   }
+  const bool says_pulse_numbers = pulses && (says_numbers || order.dwell_ms || order.r_mm);
+  const Peck before = peck_;
   if (order.peck) {
     peck_.is_on = *order.peck;
     if (peck_.is_on) peck_.is_pulsing = false;
@@ -194,22 +196,28 @@ void Interpreter::set_peck(const Block& block, const Order& order) {
     peck_.is_pulsing = *order.pulse;
     if (peck_.is_pulsing) peck_.is_on = false;
   }
-  const std::string numbers = (pecks && says_numbers) || pulses ? parameter_text(order) : "";
-  // A control that obeys one at a time must never have both on: what ends comes first.
-  const bool ends_pulsing = order.pulse && !*order.pulse;
-  if (ends_pulsing) function(block.line, FunctionKind::PulseOff, "G88");
-  if (order.peck || (pecks && says_numbers)) {
-    const bool is_on = peck_.is_on;
-    function(block.line,
-             is_on ? FunctionKind::PeckOn : FunctionKind::PeckOff,
-             is_on ? "G81" + numbers : "G80");
-    if (is_on) check_peck(block.line);
+  pass_peck_ends(block.line, order, before);
+  if (peck_.is_on && (order.peck || (pecks && says_numbers))) {
+    function(block.line, FunctionKind::PeckOn, "G81" + (pecks ? parameter_text(order) : ""));
+    check_peck(block.line);
   }
-  if (!ends_pulsing && (order.pulse || (pulses && says_numbers))) {
-    const bool is_on = peck_.is_pulsing;
-    function(block.line,
-             is_on ? FunctionKind::PulseOn : FunctionKind::PulseOff,
-             is_on ? "G89" + numbers : "G88");
+  if (peck_.is_pulsing && (order.pulse || says_pulse_numbers)) {
+    function(block.line, FunctionKind::PulseOn, "G89" + (pulses ? parameter_text(order) : ""));
+  }
+}
+
+/// "Pulse drilling and peck drilling cannot be used at the same time" (manual, G81 and G89): what
+/// ends is passed on before what begins, also where the program does not say that it ends, or a
+/// control would be told of both at once.
+void Interpreter::pass_peck_ends(int line, const Order& order, const Peck& before) {
+  const auto ends = [](const std::optional<bool>& said, bool was_on, bool is_on) {
+    return !said.value_or(true) || (was_on && !is_on);
+  };
+  if (ends(order.pulse, before.is_pulsing, peck_.is_pulsing)) {
+    function(line, FunctionKind::PulseOff, "G88");
+  }
+  if (ends(order.peck, before.is_on, peck_.is_on)) {
+    function(line, FunctionKind::PeckOff, "G80");
   }
 }
 
@@ -329,7 +337,7 @@ void Interpreter::surface_order(const Block& block, const Order& order) {
   if (order.is_dummy_tool) function(block.line, FunctionKind::MachineFunction, "TD");
   contour_ = Contour::None;
   machine_at_mm_.reset();
-  const bool has_place = move_to(block, order);
+  const bool has_place = move_to(order);
   if (probes && !has_place && *order.surface != Command::SurfaceDetect) {
     return report(Code::CoordinateMissing, block, quoted(block.text), "X#Y# of the place to probe");
   }

@@ -72,7 +72,7 @@ void Interpreter::begin_pattern(const Block& block, const Order& order) {
   if (order.v && order.nibble) {
     return report(Code::CommandMisplaced, block, quoted(block.text), "V1 to V4, or G85");
   }
-  if (!move_to(block, order)) {
+  if (!move_to(order)) {
     return report(Code::CoordinateMissing, block, quoted(block.text), "X#Y# of the first point");
   }
   const bool has_output =
@@ -94,7 +94,7 @@ void Interpreter::end_pattern(const Block& block, const Order& order) {
     return refuse(panelcal::quoted(pattern.text) + " waits for its second point",
                   "X#Y#, and W#, alone in the next line");
   }
-  move_to(block, order);
+  move_to(order);
   if (pattern.may_stop) stop_at_place(block.line);
   if (pattern.has_output) {
     function(block.line, FunctionKind::MachineFunction, "M21", true);
@@ -141,7 +141,7 @@ void Interpreter::nibble_circle(const Block& block, const Order& order) {
   if (!order.r_mm || order.ij_mm[0] || order.ij_mm[1]) {
     return report(Code::CycleInvalid, block, quoted(block.text), "G84R# with the circle's radius");
   }
-  if (!move_to(block, order)) {
+  if (!move_to(order)) {
     return report(Code::CoordinateMissing, block, quoted(block.text), "X#Y# of the centre");
   }
   const auto diameter_mm = tool_diameter_mm(block);

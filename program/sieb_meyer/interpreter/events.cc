@@ -128,7 +128,7 @@ void Interpreter::events_after(const Block& block, const Order& order) {
 
 /// M56 to M58: check areas are the control's, forbidden ones leave holes out.
 void Interpreter::area(const Block& block, const Order& order) {
-  if (!move_to(block, order)) {
+  if (!move_to(order)) {
     return report(Code::CoordinateMissing, block, quoted(block.text), "X#Y# of the area");
   }
   const bool is_ignored = !steps_.empty() && !areas_in_copies_.value_or(true);

@@ -134,7 +134,10 @@ void Interpreter::run_line(const SourceLine& line) {
 /// and every doubt, goes the long way. No hole changes what decides this; where a hole needs care,
 /// they come one by one, since it may be left out.
 bool Interpreter::run_plain_lines(std::size_t end) {
-  if (modal_.motion || modal_.incremental || pattern_ || contour_ != Contour::None) return false;
+  if (modal_.motion || modal_.incremental || pattern_ || contour_ != Contour::None ||
+      !has_reference()) {
+    return false;
+  }
   const bool refuses_points = format_ == FileFormat::F1000;
   const bool is_simple = tool_ && !needs_care_;
   bool is_full = false;
@@ -235,8 +238,36 @@ void Interpreter::prepare(const Block& block, const Order& order) {
   set_peck(block, order);
 }
 
+/// "The first coordinate of a relative coordinate definition relates to the last used absolute
+/// coordinate. At the beginning of the program the last used absolute coordinate will be set to
+/// X0Y0"; the reference is set anew "at the end of a Step-and-Repeat pattern" (manual, G91).
+bool Interpreter::has_reference() const {
+  return modal_.reference == Reference::Coordinate ||
+         (modal_.reference == Reference::Section && modal_.incremental);
+}
+
+/// In contours "the last valid X-value and/or Y-value applies" (manual, G1 to G3). Behind offsets
+/// and calls the manual does not say which one is valid, so a line that depends on it is refused,
+/// as behind Excellon's M08. In M99 itself a coordinate left out is 0.
+bool Interpreter::has_axes(const Block& block, const Order& order) {
+  if (!order.has_xy() || order.text == Command::Subprogram || has_reference()) return true;
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    if (order.xy_mm[axis] && !modal_.incremental) continue;
+    report(Code::AxisAmbiguous,
+           block,
+           fmt::format("{} takes {} from {}",
+                       quoted(block.text),
+                       axis == 0 ? 'X' : 'Y',
+                       modal_.reference == Reference::Section ? "before the offsets of a section"
+                                                              : "before an M99"),
+           "absolute X and Y in this line");
+    return false;
+  }
+  return true;
+}
+
 /// Absolute: an axis left out stays. Incremental: it adds nothing.
-bool Interpreter::move_to(const Block&, const Order& order) {
+bool Interpreter::move_to(const Order& order) {
   for (std::size_t axis = 0; axis < 2; ++axis) {
     double& at_mm = modal_.at_mm[static_cast<Eigen::Index>(axis)];
     if (modal_.incremental) {
@@ -247,6 +278,7 @@ bool Interpreter::move_to(const Block&, const Order& order) {
   }
   if (order.has_xy()) {
     modal_.at_step_mm = order.xy_step_mm;
+    modal_.reference = Reference::Coordinate;
     has_coordinate_ = true;
   }
   return order.has_xy();
@@ -267,6 +299,7 @@ bool Interpreter::holds_only(const Block& block, const Order& order, std::uint32
 }
 
 void Interpreter::move_or_measure(const Block& block, const Order& order) {
+  if (!has_axes(block, order)) return;
   const bool writes = order.text == Command::TextX || order.text == Command::TextY;
   if (order.text == Command::Subprogram || writes) return call_or_write(block, order);
   if (order.camera) {
@@ -303,7 +336,7 @@ void Interpreter::move_or_measure(const Block& block, const Order& order) {
     return rout(block, order);
   }
   if (!holds_only(block, order, kXy | kText)) return;
-  if (move_to(block, order)) drill(block.line, modal_.at_mm);
+  if (move_to(order)) drill(block.line, modal_.at_mm);
 }
 
 void Interpreter::call_or_write(const Block& block, const Order& order) {
@@ -323,7 +356,7 @@ void Interpreter::call_or_write(const Block& block, const Order& order) {
     }
     return call(block, order);
   }
-  if (!move_to(block, order)) {
+  if (!move_to(order)) {
     return report(Code::CoordinateMissing, block, quoted(block.text), "X#Y# where the text begins");
   }
   drill_text(block, order.text == Command::TextY);

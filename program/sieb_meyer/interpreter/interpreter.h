@@ -59,10 +59,18 @@ class Interpreter {
     Figures,     ///< the last figure is finished, the cutter is up
   };
 
+  /// Kind of the last line with a coordinate, from which a line takes an axis that it leaves out.
+  enum class Reference : std::uint8_t {
+    Coordinate,  ///< or the program's begin: X0Y0
+    Section,     ///< the offsets of a section: only G91 has a reference there, program zero
+    Call,        ///< M99: whether its own, the subprogram's or the one before it, is open
+  };
+
   /// The state that every copy of a section starts with again.
   struct Modal {
     Eigen::Vector2d at_mm = Eigen::Vector2d::Zero();  ///< programmed
-    double at_step_mm = 0;                            ///< rounding of the last coordinate
+    Reference reference = Reference::Coordinate;
+    double at_step_mm = 0;  ///< rounding of the last coordinate
     bool incremental = false;
     std::optional<Command> motion;  ///< G1 to G3, G45 to G50; absent: coordinates drill
     CompensationSide side = CompensationSide::Off;
@@ -70,6 +78,16 @@ class Interpreter {
     std::array<std::optional<double>, 2> center_offset_mm;  ///< I, J
     double arc_step_mm = 0;
     std::optional<Feed> feed;
+  };
+
+  /// Peck drilling (G81) and pulse drilling (G89), of which one at most is on.
+  struct Peck {
+    bool is_on = false;
+    bool is_pulsing = false;
+    double lowering_mm = 0;
+    double first_stroke_mm = 0;
+    double factor_permille = 1000;
+    bool forces_target = false;  ///< PEKM,D: a last stroke goes down to the working plane
   };
 
   /// A piece of a contour that waits for the next one, since its end may be rounded.
@@ -119,7 +137,9 @@ class Interpreter {
   bool holds_only(const Block& block, const Order& order, std::uint32_t known);
   void move_or_measure(const Block& block, const Order& order);
   void call_or_write(const Block& block, const Order& order);
-  bool move_to(const Block& block, const Order& order);
+  bool has_reference() const;
+  bool has_axes(const Block& block, const Order& order);
+  bool move_to(const Order& order);
   void end_program();
   bool has_ended() const {
     return ended_ || emitter_.is_over_limit() || measuring_.must_stop() || surface_.must_stop();
@@ -184,6 +204,7 @@ class Interpreter {
   // depth.cc
   void set_depths(const Block& block, const Order& order);
   void set_peck(const Block& block, const Order& order);
+  void pass_peck_ends(int line, const Order& order, const Peck& before);
   void check_peck(int line);
   static std::string parameter_text(const Order& order);
   void suspend_surface(const Block& block, const Order& order);
@@ -302,14 +323,7 @@ class Interpreter {
   bool takes_surface_late_ = false;      ///< L behind the last T0 line
   std::optional<Length> probing_depth_;  ///< BOTK, TOPK
   std::optional<int> probing_tool_;      ///< BOTL, TOPL
-  struct Peck {
-    bool is_on = false;
-    bool is_pulsing = false;
-    double lowering_mm = 0;
-    double first_stroke_mm = 0;
-    double factor_permille = 1000;
-    bool forces_target = false;  ///< PEKM,D: a last stroke goes down to the working plane
-  } peck_;
+  Peck peck_;
 
   // CNC commands
   Nibbling nibbling_;

@@ -39,7 +39,7 @@ void Interpreter::optical_order(const Block& block, const Order& order) {
   }
   contour_ = Contour::None;
   machine_at_mm_.reset();
-  move_to(block, order);
+  move_to(order);
   if (measures && !emitter_.count_target(block.line)) return;
   if (measures && !is_decided(block.line)) return;
   if (keeps_structure()) return keep_optical_order(block, command);

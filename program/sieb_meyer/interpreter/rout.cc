@@ -57,7 +57,7 @@ std::optional<Length> Interpreter::tool_diameter() const {
 void Interpreter::position(const Block& block, const Order& order) {
   const Eigen::Vector2d before_mm = modal_.at_mm;
   const Contour was = contour_;
-  const bool has_place = move_to(block, order);
+  const bool has_place = move_to(order);
   contour_ = Contour::Positioned;
   takes_surface_late_ = false;
   if (order.side) modal_.side = *order.side;
@@ -120,9 +120,15 @@ void Interpreter::rout(const Block& block, const Order& order) {
                   "X#Y#T0 where the next contour begins");
   }
   const bool is_first = contour_ == Contour::Positioned;
+  if (is_first && !has_reference()) {
+    return report(Code::AxisAmbiguous,
+                  block,
+                  quoted(block.text) + " begins a contour where no line has led",
+                  "X#Y#T0 before it");
+  }
   const Eigen::Vector2d from_mm = modal_.at_mm;
   const double from_step_mm = modal_.at_step_mm;
-  move_to(block, order);
+  move_to(order);
   if (!has_tool(block.line) || !is_decided(block.line)) return;
   if (modal_.at_mm == from_mm && !is_first && (order.z_mm || order.k_mm || order.depth_control)) {
     // Only deeper or higher, where the cutter stands (the example of G82 and G83).
@@ -405,7 +411,7 @@ std::vector<double> Interpreter::cuts_of(const PendingPiece& pending) {
 void Interpreter::figure(const Block& block, const Order& order) {
   const Eigen::Vector2d before_mm = modal_.at_mm;
   const bool follows_figure = contour_ == Contour::Figures;
-  move_to(block, order);
+  move_to(order);
   flush_piece(nullptr);
   if (is_plunged_) emitter_.put(block.line, Retract{});
   is_plunged_ = false;

@@ -190,6 +190,7 @@ void Interpreter::run_copy(int i_section, const Modal& start) {
 /// reference behind a pattern.
 void Interpreter::after_section(const Section& section) {
   modal_.at_mm.setZero();
+  modal_.reference = Reference::Section;
   modal_.incremental = false;
   modal_.motion.reset();
   modal_.side = CompensationSide::Off;
@@ -447,6 +448,7 @@ void Interpreter::call(const Block& block, const Order& order) {
   text_ = caller;
   cursor_ = back;
   modal_ = modal;
+  modal_.reference = Reference::Call;
   modal_.feed = feed;
   contour_ = Contour::None;
   // FA, SA and FV may have been set inside: their effect is on the placement, not in it.

@@ -61,7 +61,7 @@ bool SiebMeyerWriter::may_be_plane(const DepthOfCut& cut, Length z) {
            "a tool without Z in its data");
     return false;
   }
-  if (pecks_) {
+  if (pecks_ || pulses_) {
     refuse("peck or pulse drilling below a measured surface, whose I counts from the board",
            "drilling in one stroke, or depth control");
     return false;
@@ -99,7 +99,6 @@ void SiebMeyerWriter::say_surface_line_of_contour(const DepthOfCut& cut) {
     is_tool_up_line_ = true;
     return;
   }
-  if (has_routed_ && !is_tool_up_line_) tool_up_line(at_mm_);
   say_surface_line(cut);
   up_at_.reset();
 }

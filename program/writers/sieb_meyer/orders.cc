@@ -64,8 +64,10 @@ void SiebMeyerWriter::write(const Function& function) {
 }
 
 void SiebMeyerWriter::note_pecking(FunctionKind kind) {
-  if (kind == FunctionKind::PeckOn || kind == FunctionKind::PulseOn) pecks_ = true;
-  if (kind == FunctionKind::PeckOff || kind == FunctionKind::PulseOff) pecks_ = false;
+  if (kind == FunctionKind::PeckOn) pecks_ = true;
+  if (kind == FunctionKind::PeckOff) pecks_ = false;
+  if (kind == FunctionKind::PulseOn) pulses_ = true;
+  if (kind == FunctionKind::PulseOff) pulses_ = false;
 }
 
 void SiebMeyerWriter::write(const Setting& setting) {

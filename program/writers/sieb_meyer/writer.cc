@@ -142,20 +142,27 @@ void SiebMeyerWriter::write(const RapidMove& move) {
   tool_up_line(to_mm);
 }
 
-/// The first rout line behind a T0 line lowers the cutter, but a ramp's begin has to be said
-/// before.
+/// "Every routing contour is started and finished by the T0 commands" (3.4): where the cutter is
+/// lowered again, be it at the place where a contour ends, a T0 line of its own begins the next.
+/// The first rout line behind it lowers the cutter, but a ramp's begin has to be said before.
 void SiebMeyerWriter::write(const Plunge& plunge) {
   if (plunge.kind == PlungeKind::Contouring && !plunge.cut.is_controlled()) {
     refuse("M14, which lowers the router to a depth that follows the material", "M15");
   }
   if (plunge.depth_offset) refuse("a pass of a step slot", "step slots left whole");
   const DepthOfCut* const told = told_cut(plunge.cut);
+  if (is_down_ && has_routed_) {
+    tool_up_line(at_mm_);
+    ends_contour_ = true;
+  }
   if (told) say_surface_line_of_contour(*told);
   is_down_ = true;
   has_routed_ = false;
   const bool says_depth =
       plunge.cut.z || plunge.cut.is_controlled() || depth_.is_controlled != false;
-  if (!up_at_ || pending_tool_ || (says_depth && !is_tool_up_line_)) tool_up_line(at_mm_);
+  if (!up_at_ || pending_tool_ || ends_contour_ || (says_depth && !is_tool_up_line_)) {
+    tool_up_line(at_mm_);
+  }
   if (told) say_depth(*told, false);
 }
 

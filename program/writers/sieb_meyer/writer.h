@@ -176,7 +176,8 @@ class SiebMeyerWriter final : public ProgramWriter {
   bool relies_on_standard_ = false;  ///< in an open pattern, without saying G82
   bool ends_contour_ = false;        ///< the last T0 line
   std::string_view probing_tool_;    ///< of the next line that probes: T0, TD
-  bool pecks_ = false;               ///< G81 or G89 holds
+  bool pecks_ = false;               ///< G81 holds
+  bool pulses_ = false;              ///< G89 holds
   std::string rout_words_;           ///< of the next rout line
 
   int n_open_patterns_ = 0;

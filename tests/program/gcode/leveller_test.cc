@@ -302,6 +302,23 @@ TEST(GcodeLeveller, PutsALongCommentIntoALineOfItsOwn) {
             "G1 Z-0.09\nX60 Z-0.04 " + fits + "\n" + longer + "\nX50 Z-0.05\n");
 }
 
+/// LinuxCNC stops at a line of more than 252 characters, be it a comment.
+TEST(GcodeLeveller, SplitsWhatIsTooLongForALine) {
+  const auto c = [](std::size_t n) { return std::string(n, 'c'); };
+  EXPECT_EQ(after_start("(" + c(251) + ")\n;" + c(252) + "\n"),
+            "(" + c(250) + ")\n(... c)\n;" + c(251) + "\n;... c\n");
+  // Of an order to the control the first line is left, and stands before its block.
+  EXPECT_EQ(after_start("M3 S9 (MSG," + c(500) + ")(b)\n"),
+            "(MSG," + c(246) + ")\n(... " + c(246) + ")\n(... " + c(8) + ")\n(b)\nM3 S9\n");
+  EXPECT_EQ(after_start("/N5 (" + c(250) + ")\n"), "/(" + c(249) + ")\n/(... c)\n/N5\n");
+  EXPECT_EQ(after_start("M3" + std::string(260, ' ') + "S9 (b)\n"), "(b)\nM3 S9\n");
+  EXPECT_EQ(after_start("G1 Z-0.1\nX60 (" + c(251) + ")\n"),
+            "G1 Z-0.09\n(" + c(250) + ")\n(... c)\nX60 Z-0.04\n");
+  // No character is cut in two.
+  EXPECT_EQ(after_start("(" + c(249) + "\u00b5m" + c(20) + ")\n"),
+            "(" + c(249) + ")\n(... \u00b5m" + c(20) + ")\n");
+}
+
 /// Greatest distance of the levelled program from the surface, and of the program from its way.
 struct Deviation {
   double height_mm = 0;

@@ -99,6 +99,8 @@ class BodyWriter {
     for (int levels = any(1, 3); levels > 0; --levels) {
       line("M01");
       for (int n = any(0, 2); n > 0; --n) copy();
+      const std::string last = text_.substr(text_.rfind('\n', text_.size() - 2) + 1);
+      if (last.starts_with("M02X")) line("M02");
     }
     line("M08");
     after_section_ = true;

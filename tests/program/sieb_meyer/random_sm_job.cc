@@ -87,6 +87,7 @@ class JobWriter : SmContourWriter {
   void slashed_hole() {
     if (!prefix_.empty()) return hole();
     const Microns before = at_;
+    const bool was_behind_section = is_behind_section_;
     const bool was_incremental = std::exchange(incremental_, false);
     SmNode node;
     node.place = any_place();
@@ -99,6 +100,7 @@ class JobWriter : SmContourWriter {
     }
     at_ = before;
     incremental_ = was_incremental;
+    is_behind_section_ = was_behind_section;
   }
 
   void pattern() {
@@ -207,6 +209,7 @@ class JobWriter : SmContourWriter {
     if (is_bracketed) close();
     at_ = {};
     incremental_ = false;
+    is_behind_section_ = true;
   }
 
   /// Always absolute; what is left out is 0.

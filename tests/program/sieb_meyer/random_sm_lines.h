@@ -38,6 +38,7 @@ class SmLineWriter {
   /// X and Y that lead to a place, as the mode asks for them; at least one of them.
   std::vector<SmWord> go_to(Microns place, bool in_full = false) {
     const Microns from = incremental_ ? at_ : Microns{};
+    in_full |= std::exchange(is_behind_section_, false) && !incremental_;
     std::vector<SmWord> words;
     const bool says_x = place.x != at_.x || in_full || one_in(2);
     const bool says_y = place.y != at_.y || in_full || !says_x || one_in(2);
@@ -103,6 +104,7 @@ class SmLineWriter {
   std::vector<SmWord> prefix_;  ///< of the next line with a coordinate
   Microns at_;
   bool incremental_ = false;
+  bool is_behind_section_ = false;  ///< where absolute lines need both axes
 };
 
 }  // namespace panelcal::test

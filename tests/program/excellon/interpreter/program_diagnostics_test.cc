@@ -79,6 +79,27 @@ TEST(ProgramDiagnostics, UnitAndZerosInTheBody) {
             Texts{"p.exc:3:1: error[command-misplaced]"});
 }
 
+/// "If you have a command in the header and the exact same command in the part program body, there
+/// is no harm done": so it is where the body has stated it, or the header with digits.
+TEST(ProgramDiagnostics, UnitAndZerosStatedAgain) {
+  const auto run =
+      run_program("T1\nMETRIC,TZ\nX1000Y2000\nMETRIC,TZ\nM25\nMETRIC\nX3000\nM01\nM08\nM30\n");
+  EXPECT_EQ(run.diagnostics, Texts{"p.exc:2:1: warning[header-word-in-body]"});
+  ASSERT_EQ(run.holes().size(), 2U);
+  EXPECT_EQ(run.holes().back().nominal_mm(), Eigen::Vector2d(3, 2));
+  EXPECT_EQ(
+      run_program("T1\nMETRIC,TZ\nX1000Y2000\nMETRIC,LZ\nM30\n").diagnostics,
+      (Texts{"p.exc:2:1: warning[header-word-in-body]", "p.exc:4:1: error[argument-invalid]"}));
+  const std::string digits = "M48\nMETRIC,TZ,000.000\n%\nT1\nX1000Y2000\n";
+  EXPECT_EQ(run_program(digits + "METRIC,TZ\nMETRIC\nM30\n").diagnostics, Texts{});
+  EXPECT_EQ(run_program(digits + "METRIC,LZ\nM30\n").diagnostics,
+            Texts{"p.exc:6:1: error[argument-invalid]"});
+  // A header that leaves the zeros open may be followed by what says them.
+  const auto open = run_program("M48\nMETRIC\n%\nT1\nMETRIC,TZ\nX1000Y2000\nM30\n");
+  ASSERT_FALSE(open.has_errors);
+  EXPECT_EQ(open.holes().front().nominal_mm(), Eigen::Vector2d(1, 2));
+}
+
 /// Incremental input from a header command in the body, as by G91.
 TEST(ProgramDiagnostics, IncrementalInputBeginsWhereItStands) {
   const auto run = run_program(metric("T1\nX1.Y1.\nICI,ON\nX1.\nICI,ON\nX1.\nM30\n"));

@@ -62,6 +62,22 @@ TEST(StepRepeat, PercentBeginsAPatternLikeM25) {
   expect_places(holes_of("%\nX01Y01\nM01\nM02X02\nM08\n"), {{1, 1}, {3, 1}});
 }
 
+/// "After the last M02 repeat command, an extra M02 command which requires no coordinates, must be
+/// added in a block by itself": without it the next offsets might count on from these.
+TEST(StepRepeat, SaysWhereOffsetsCountAnewWithoutABareM02) {
+  const auto diagnostics_of = [](const std::string& levels) {
+    return run_program(inch_leading_zeros("T1\nM25\nX01Y01\nM01\n" + levels + "M30\n")).diagnostics;
+  };
+  const std::vector<std::string> warned = {"p.exc:12:1: warning[notation-accepted]"};
+  EXPECT_EQ(diagnostics_of("M02X02\nM01\nM02Y02\nM01\nM02Y04\nM08\n"), warned);
+  EXPECT_EQ(diagnostics_of("M02X02\nM08\n"), std::vector<std::string>{});
+  EXPECT_EQ(diagnostics_of("M02X02\nM02\nM01\nM02Y02\nM02\nM08\n"), std::vector<std::string>{});
+  // The manual's sample program, lines 36 to 42.
+  EXPECT_EQ(diagnostics_of("R2M02XY001\nM01\nR2M02X007Y\nM08\n"), std::vector<std::string>{});
+  EXPECT_EQ(diagnostics_of("M02X02\nM08\nM25\nX02Y02\nM01\nM02X02\nM02X02\nM08\n"),
+            std::vector<std::string>{"p.exc:15:1: warning[notation-accepted]"});
+}
+
 TEST(StepRepeat, RepeatBlockEqualsThatManyM02) {
   const std::vector<Vector2d> column = {{1, 1}, {1, 3}, {1, 5}, {1, 7}};
   expect_places(holes_of("M25\nX01Y01\nM01\nR3M02Y02\nM08\n"), column);
@@ -137,6 +153,26 @@ TEST(StepRepeat, ACopyReadsOmittedAxesAsTheFirstPassDid) {
 TEST(StepRepeat, ACopyBeginsInTheModeOfTheFirstPass) {
   expect_places(holes_of("X01Y01\nM25\nX02Y02\nG91\nX001\nM01\nM02X10\nM08\n"),
                 {{1, 1}, {2, 2}, {2.1, 2}, {12, 2}, {12.1, 2}});
+}
+
+/// "M02 causes a repeat of all the commands", and "creates two identical patterns": the feed that a
+/// copy begins with is said where the two differ.
+TEST(StepRepeat, CopiesRoutAtTheFeedsOfTheirPattern) {
+  const auto run_of = [](const std::string& pattern, const std::string& copies) {
+    return run_program(inch_leading_zeros("T1\nG00XY\nM25\nG00X01Y01\nM15\n" + pattern +
+                                          "M17\nM01\n" + copies + "M08\nM30\n"));
+  };
+  const std::string late = "G01X02\nF02\nX03\n";
+  const ProgramRun run = run_of(late, "M02Y03\nM02Y03\nM02\n");
+  EXPECT_EQ(run.diagnostics, std::vector<std::string>{"p.exc:12:1: warning[feed-assumed]"});
+  std::vector<double> feeds;
+  for (const Rout& rout : run.executed.routs()) feeds.push_back(rout.feed / inch_per_min(1));
+  EXPECT_THAT(feeds,
+              testing::Pointwise(testing::DoubleNear(1e-9),
+                                 std::vector<double>{100, 20, 100, 20, 100, 20}));
+  EXPECT_EQ(run_of(late, "").diagnostics, std::vector<std::string>{});
+  EXPECT_EQ(run_of("G01X02F02\nX03\n", "M02Y03\n").diagnostics, std::vector<std::string>{});
+  EXPECT_EQ(run_of("F02\nG01X02\nX03\nF04\n", "M02Y03\n").diagnostics, std::vector<std::string>{});
 }
 
 // --- the manual's Sample Part Program ------------------------------------------------------------

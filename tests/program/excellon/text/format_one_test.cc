@@ -64,8 +64,8 @@ TEST(FormatOne, M24M26M27AreM01M02M08) {
                      "8 drill 1 (76.2, 25.4) [1]",
                      "8 drill 1 (127, 50.8) [2]",
                      "14 end rewind"});
-  expect_equivalent("T1\n%\nX01Y01\nM01\nM02X02\nM01\nM02Y02\nM08M30\n",
-                    "T1\n%\nX01Y01\nM24\nM26X02\nM24\nM26Y02\nM27M30\n",
+  expect_equivalent("T1\n%\nX01Y01\nM01\nR1M02X02\nM01\nM02Y02\nM08M30\n",
+                    "T1\n%\nX01Y01\nM24\nR1M26X02\nM24\nM26Y02\nM27M30\n",
                     {"8 drill 1 (76.2, 76.2) [1,1]"});
 }
 

@@ -184,6 +184,32 @@ TEST(SiebMeyerEvents, PulseDrillingEndsBeforePeckDrillingBegins) {
                           "drill 1 (3, 1) z 1.8"));
 }
 
+/// A program that does not say G88 or G80 itself relies on a control that has both on at once.
+TEST(SiebMeyerEvents, WhatTheOtherDrillingReplacesIsSaidToEnd) {
+  EXPECT_THAT(steps_of(run_5000("X1.Y1.T1Z1.8G89I5.J1.4\nX2.Y1.G81I5.P80J1.4W1000\n"
+                                "X3.Y1.G89\nX4.Y1.G88\n")),
+              ElementsAre("tool 1",
+                          "function pulse_on G89I5.J1.4",
+                          "drill 1 (1, 1) z 1.8",
+                          "function pulse_off G88",
+                          "function peck_on G81I5.P80J1.4W1000",
+                          "drill 1 (2, 1) z 1.8",
+                          "function peck_off G80",
+                          "function pulse_on G89",
+                          "drill 1 (3, 1) z 1.8",
+                          "function pulse_off G88",
+                          "drill 1 (4, 1) z 1.8"));
+}
+
+TEST(SiebMeyerEvents, DwellAndMinimumStrokeOfPulseDrillingMayFollow) {
+  EXPECT_THAT(clean_steps("X1.Y1.T1Z1.8G89I5.J1.4\nX2.Y1.E50R.3\n"),
+              ElementsAre("tool 1",
+                          "function pulse_on G89I5.J1.4",
+                          "drill 1 (1, 1) z 1.8",
+                          "function pulse_on G89E50R0.3",
+                          "drill 1 (2, 1) z 1.8"));
+}
+
 TEST(SiebMeyerEvents, RefusesPeckNumbersThatMeanNothing) {
   expect_refused(run_program(format_5000("X1.Y1.T1G81P101\n")), 2, {"P of 0 to 100"});
   expect_refused(run_program(format_5000("X1.Y1.T1G81W1001\n")), 2, {"W of 0 to 1000"});

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -276,6 +277,68 @@ TEST(SiebMeyerRefuses, LInALineWithOtherCommands) {
 }
 
 // --- said, not refused ---------------------------------------------------------------------------
+
+// --- axes left out -------------------------------------------------------------------------------
+
+constexpr const char* kSection = "X1.Y2.T1M31\nXYM50\nX10.YM50M30\n";
+
+/// The manual lets "the last valid X-value and/or Y-value" apply in contours (G1 to G3). Which one
+/// is valid behind the offsets of a section it does not say, in a contour's T0 line neither.
+TEST(SiebMeyerAxes, LeftOutBehindASectionAreRefused) {
+  const std::string section = kSection;
+  const auto refused = [](int line) {
+    return std::vector<std::string>{fmt::format("p.exc:{}:1: error[axis-ambiguous]", line)};
+  };
+  for (const char* line : {"X5.",
+                           "Y5.",
+                           "X5.T2",
+                           "X5.T0",
+                           "X5.V1",
+                           "X5.G84R5.",
+                           "X5.M97,A",
+                           "X5.M56",
+                           "X5.G32",
+                           "X5.G71G73L1"}) {
+    EXPECT_EQ(run_program(format_5000(section + line + "\n")).diagnostics.front(),
+              refused(5).front())
+        << line;
+  }
+  // The next section begins there, and each of its copies with it.
+  EXPECT_EQ(run_program(format_5000(section + "Y5.M31\nX3.Y3.\nXYM50M30\n")).diagnostics,
+            refused(5));
+  EXPECT_EQ(run_program(format_5000(section + "T0\nX5.Y5.G1F1.\nX5.Y5.T0\n")).diagnostics,
+            refused(6));
+}
+
+TEST(SiebMeyerAxes, AreKnownAgainBehindAWholeCoordinateAndUnderG91) {
+  const std::string section = kSection;
+  const std::vector<Eigen::Vector2d> copies = {{1, 2}, {11, 2}};
+  const auto places = [&](const std::string& body) {
+    return test::hole_places(run_5000(section + body));
+  };
+  test::expect_places(places("X5.Y6.\nX7.\n"), test::joined(copies, {{5, 6}, {7, 6}}));
+  // "At the end of a Step-and-Repeat pattern" the reference of G91 is set anew.
+  test::expect_places(places("X5.G91\nY3.G90\n"), test::joined(copies, {{5, 0}, {5, 3}}));
+  // "At the beginning of the program ... X0Y0"; brackets without offsets repeat nothing.
+  test::expect_places(test::hole_places(run_5000("X5.T1\n")), {{5, 0}});
+  test::expect_places(test::hole_places(run_5000("X1.Y2.T1M31\nM30\nX5.\n")), {{1, 2}, {5, 2}});
+}
+
+/// The last coordinate may be that of the call, of the subprogram or the one before both.
+TEST(SiebMeyerAxes, LeftOutBehindACallAreRefused) {
+  SubprogramFolder folder;
+  folder.with("HOLE.SS5", "@HOLE\nX3.\nY4.\n");
+  for (const char* line : {"X5.", "X5.Y5.G91"}) {
+    const ProgramRun run = run_program(
+        format_5000(std::string("X1.Y2.T1\nX10.M99,HOLE\n") + line + "\n"), {}, folder.reading());
+    EXPECT_EQ(run.diagnostics, std::vector<std::string>{"p.exc:4:1: error[axis-ambiguous]"})
+        << line;
+  }
+  const ProgramRun run =
+      run_program(format_5000("X1.Y2.T1\nX10.M99,HOLE\nX5.Y6.\nX7.\n"), {}, folder.reading());
+  EXPECT_EQ(run.diagnostics, std::vector<std::string>{});
+  test::expect_places(test::hole_places(run), {{1, 2}, {13, 0}, {13, 4}, {5, 6}, {7, 6}});
+}
 
 using Briefs = std::vector<std::string>;
 

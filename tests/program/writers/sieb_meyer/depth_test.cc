@@ -88,6 +88,17 @@ TEST(SiebMeyerDepth, ContoursKeepIt) {
             "X1.Y1.T1T0G83\nX2.Y1.G1\nX2.Y1.T0\nX3.Y1.T0G82\nX4.Y1.G1\nX4.Y1.T0\n");
 }
 
+/// The example of G82 and G83, whose depth changes within a contour: two contours, since "every
+/// routing contour is started and finished by the T0 commands".
+TEST(SiebMeyerDepth, AChangeInAContourEndsItAndBeginsTheNext) {
+  EXPECT_EQ(body_of("X20.Y30.T5T0Z3.\nX20.Y30.G1F1.2\nX40.Y30.\nX40.Y30.G83K2.\nX60.Y50.\n"
+                    "X90.Y80.T0G82\n"),
+            "X20.Y30.T5T0Z3.\nX20.Y30.G1F1.2\nX40.Y30.G1\nX40.Y30.T0\nX40.Y30.T0G83K2.\n"
+            "X60.Y50.G1\nX60.Y50.T0\nX90.Y80.T0\n");
+  EXPECT_EQ(body_of("X1.Y1.T1T0Z3.\nX2.Y1.G1F1.2\nX2.Y1.T0\nX2.Y1.T0\nX3.Y1.G1\nX3.Y1.T0\n"),
+            "X1.Y1.T1T0Z3.\nX2.Y1.G1F1.2\nX2.Y1.T0\nX2.Y1.T0\nX3.Y1.G1\nX3.Y1.T0\n");
+}
+
 /// "For the depth control (relative working plane) the Z-value is the minimum limit for lowering
 /// the Z-axis."
 TEST(SiebMeyerDepth, ZUnderDepthControlIsTheLowerLimit) {

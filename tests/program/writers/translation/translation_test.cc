@@ -67,7 +67,7 @@ std::string sieb_meyer(const std::string& body) {
 TEST(Translation, PatternsOfTwoLevelsBecomeOneSection) {
   const std::string text =
       same_work(excellon("T1\nX90.\nM25\nX1.Y2.\nX3.Y4.\nM01\nR2M02X10.\n"
-                         "M02X5.Y7.M70M80\nM01\nM02Y50.M90\nM08\nX80.Y0.\n"));
+                         "R1M02X5.Y7.M70M80\nM01\nM02Y50.M90\nM08\nX80.Y0.\n"));
   // 4 copies of the inner level, executed again by the outer one, which mirrors y.
   EXPECT_THAT(text,
               HasSubstr("M31\nX1.Y2.\nX3.Y4.\nX0.Y0.M50\nX10.Y0.M50\nX20.Y0.M50\nX25.Y7.M60M90\n"
