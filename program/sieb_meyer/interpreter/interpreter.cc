@@ -188,7 +188,8 @@ void Interpreter::run_block(const Block& block) {
   run_order(block, *order);
   if (std::exchange(skips_surface_, false)) update_cut();
   if (holds_once && order->incremental) modal_.incremental = was_incremental;
-  needs_care_ = scaling_.is_set() || !areas_.empty() || surface_.has_grid() || surface_.is_on();
+  needs_care_ = scaling_.is_set() || !areas_.empty() || surface_.has_grid() || surface_.is_on() ||
+                doubts_control_;
   if (trial_ != nullptr && trial_->is_over()) emitter_.stop_executing();
 }
 

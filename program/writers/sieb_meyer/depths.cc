@@ -77,11 +77,14 @@ bool SiebMeyerWriter::needs_surface_line(const DepthOfCut& cut) const {
   return !depth_.is_slm || (cut.depth && depth_.k.told != plane_text(*cut.depth));
 }
 
+/// Behind G70 follows a "section without depth control" in the example, G83 "remains on" (11):
+/// where both were said, G82 or G83 is said again.
 void SiebMeyerWriter::say_surface_line(const DepthOfCut& cut) {
   if (!needs_surface_line(cut)) return;
   depth_.is_slm = cut.control == DepthControl::Slm;
   if (!depth_.is_slm) {
     line("G70");
+    if (depth_.is_controlled == true) depth_.is_controlled.reset();
   } else {
     if (cut.depth) depth_.k.tell(plane_text(*cut.depth));
     line(slm_line(cut.depth ? depth_.k.told : std::nullopt));
@@ -183,15 +186,19 @@ void SiebMeyerWriter::end_depths_of_copy() {
 
 // --- surface detection -------------------------------------------------------------------------
 
-/// The control probes again where panelcal has, and counts K from what it finds.
+/// The control probes again where panelcal has, and counts K from what it finds. G70 "deactivates
+/// the function for detecting, using and storing a reference surface", so G71 stands before
+/// them. A T0 line that begins a contour stands behind the order.
 /// Source SIEB & MEYER CNC 8x.00 Command Set, 10.1
 void SiebMeyerWriter::write(const SurfaceOrder& order) {
   if (is_foreign()) return;
+  up_at_.reset();
+  const bool uses_surface =
+      order.kind != SurfaceOrderKind::ClearMemory && order.kind != SurfaceOrderKind::StoreGrid;
+  if (uses_surface && !std::exchange(depth_.is_slm, true)) line("G71");
   const std::string memory = order.memory ? fmt::format("L{}", *order.memory) : std::string();
   switch (order.kind) {
     case SurfaceOrderKind::Detect:
-      if (!depth_.is_slm) line("G71");
-      depth_.is_slm = true;
       return probe(order, "G73" + memory);
     case SurfaceOrderKind::Record:
       return probe(order, "G76");
