@@ -76,6 +76,7 @@ void Interpreter::events_before(const Block& block, const Order& order) {
       if (routs) {
         waiting_events_.emplace_back(FunctionKind::MachineFunction, "M21");
       } else if (!begins_pattern) {
+        if (order.is_tool_up) machine_at_mm_.reset();  // its coordinate is executed, also in place
         function(block.line, FunctionKind::MachineFunction, "M21", order.has_xy());
       }
       continue;

@@ -32,6 +32,7 @@ const DepthOfCut* SiebMeyerWriter::told_cut(const DepthOfCut& cut) {
              "Z# for every hole and contour");
       return nullptr;
     }
+    if (!cut.is_controlled()) note_offset_use(plane_tools_, map_tools_);
     return &cut;
   }
   if (!cut.depth) {
@@ -66,7 +67,30 @@ bool SiebMeyerWriter::may_be_plane(const DepthOfCut& cut, Length z) {
            "drilling in one stroke, or depth control");
     return false;
   }
+  zero_offset();
   return true;
+}
+
+/// The control adds the Z of its tool table "to absolute working plane", and a letter that the file
+/// leaves out "remains unchanged" there: one of an earlier job would come to a plane that stands
+/// for a depth below the board, to which the source's control adds nothing. Source SIEB & MEYER CNC
+/// 8x.00 Command Set, A.7.1, Tool Parameters
+void SiebMeyerWriter::zero_offset() {
+  Tool& tool = tools_[tool_];
+  tool.number = tool_;
+  if (tool.zeroed.find('Z') == std::string::npos) {
+    if (tool.depth_offset) return;
+    tool.zeroed += 'Z';
+  } else if (!map_tools_.contains(tool_)) {
+    return;  // so the source has it
+  }
+  note_offset_use(map_tools_, plane_tools_);
+}
+
+void SiebMeyerWriter::note_offset_use(std::set<int>& tools, const std::set<int>& others) {
+  if (!tools.insert(tool_).second || !others.contains(tool_)) return;
+  lose_once(fmt::format("a Z offset of tool {} that the control's table may have (it becomes zero)",
+                        tool_));
 }
 
 /// Surface detection is switched in lines of its own, and the control takes the surface of a

@@ -54,7 +54,7 @@ void SiebMeyerWriter::put(const Operation& operation) {
       state_control(info().axis_version);
     }
   }
-  if (place_words_.line != 0 && operation.line != place_words_.line) settle_place_words();
+  if (has_place_words() && !is_of(place_words_.line)) settle_place_words();
   std::visit([this](const auto& what) { write(what); }, operation.what);
   flush_if_large();
 }
@@ -130,14 +130,15 @@ void SiebMeyerWriter::write(const Autocalibration&) {
 
 // --- routing -----------------------------------------------------------------------------------
 
-/// A second T0 line at the same place would only cost time.
+/// A second T0 line at the same place would only cost time, but words of a line for its place must
+/// not come to the line before: M20 there would stop ahead of the contour's end, the cutter down.
 void SiebMeyerWriter::write(const RapidMove& move) {
   refuse_under_nested();
   const Eigen::Vector2d to_mm = move.commanded.in_mm();
   if (up_at_ == steps(to_mm) && !pending_tool_) {
     const bool has_words = place_words_.may_stop || place_words_.has_output;
     if (!has_words) return;
-    if (is_tool_up_line_) return say_place_words();
+    if (is_tool_up_line_ && is_of(line_source_)) return say_place_words();
   }
   tool_up_line(to_mm);
 }
