@@ -197,6 +197,8 @@ void Interpreter::run_block(const Block& block) {
 /// what comes behind it; texts last.
 void Interpreter::run_order(const Block& block, const Order& order) {
   prepare(block, order);
+  const bool drills = !order.motion && !modal_.motion && !order.is_tool_up;
+  emitter_.set_pecking(drills && (peck_.is_on || peck_.is_pulsing));
   events_before(block, order);
   if (has_ended()) return;
   move_or_measure(block, order);
