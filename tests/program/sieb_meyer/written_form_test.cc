@@ -428,6 +428,9 @@ TEST(SiebMeyerWrittenForm, StopsAndOutputsStandInTheLineOfTheirPlace) {
 TEST(SiebMeyerWrittenForm, TheToolTableIsWhole) {
   const std::string table = "$\nT1D1.SNA0.3Z\nM1M2M3M4M5M6M7M8M9M10\nM11M12\nT2D2.5\n$\n";
   EXPECT_THAT(text_of(outcome_of("%%5000\nX1.Y1.T1\n" + table)), testing::EndsWith('\n' + table));
+  // Format 1000: six empty values of T2, which is in M2 (A.5).
+  EXPECT_THAT(text_of(outcome_of("%%\nX1000Y1000T2\n$" + std::string(90, '$') + "\n")),
+              testing::EndsWith("\n$\nT2DSFRNA\nM2\n$\n"));
 }
 
 /// A control that was left in any axis version: what we write is read as it was meant.

@@ -18,6 +18,7 @@ using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 const std::string kTable = "$\nT1D1.\nT2D2.5\n$\n";
 const std::string kBegin = "%%5000\nM49,FV1\nM49,NORA\nM49,NOSA\n";
@@ -294,6 +295,20 @@ TEST(SiebMeyerWriter, RefusesADepthAsAPlaneOfAToolWithAnOffset) {
   change.tool.depth_offset = mm(0.3);
   const DepthOfCut cut = below(0.4, mm(3.05));
   EXPECT_THAT(from_sieb_meyer({change, drill_at(1, 2, cut)}).failure, HasSubstr("0.3 mm"));
+}
+
+/// docs/decisions/self_contained_output.md
+TEST(SiebMeyerWriter, RefusesMoreThanSixDigitsUnlessTheControlReadsMore) {
+  EXPECT_THAT(from_sieb_meyer({drill(1, 100, 2000.125)}).failure,
+              Reports("p:10: error[number-too-long]",
+                      "\"2000.125\" has 7 digits",
+                      "at most 6 digits",
+                      "--resolution 0.1"));
+  EXPECT_EQ(from_sieb_meyer({drill(1, 100, 2000.12)}).body, "X100.Y2000.12\n");
+  EXPECT_EQ(from_sieb_meyer({drill(1, 100, 2000.125)}, {.resolution = um(0.1)}).body,
+            "X100.Y2000.125\n");
+  const Written longer = from_sieb_meyer({drill(1, 12345678.9125, 0)}, {.resolution = um(0.1)});
+  EXPECT_THAT(longer.failure, AllOf(HasSubstr("before the point"), Not(HasSubstr("--resolution"))));
 }
 
 /// "If no code letter is saved for a parameter, the corresponding value in the tool table remains
