@@ -58,13 +58,6 @@ SiebMeyerWriter::Steps SiebMeyerWriter::steps(const Eigen::Vector2d& at_mm) cons
   return {std::llround(written.x()), std::llround(written.y())};
 }
 
-/// The place that the control reads.
-Eigen::Vector2d SiebMeyerWriter::on_grid(const Eigen::Vector2d& at_mm) const {
-  const Steps at = steps(at_mm);
-  const Eigen::Vector2d written(static_cast<double>(at[0]), static_cast<double>(at[1]));
-  return written_from_work().transpose() * written * digits().step().in_mm();
-}
-
 void SiebMeyerWriter::append_number(double value) {
   const std::string text = number_text(value, digits().n_decimals);
   check_digits(text);

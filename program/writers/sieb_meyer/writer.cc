@@ -160,15 +160,6 @@ void SiebMeyerWriter::write(const Plunge& plunge) {
   if (told) say_depth(*told, false);
 }
 
-/// The arc bulges by less than a step, so that its rounded ends may lie anywhere on a circle.
-bool SiebMeyerWriter::is_flat(const Eigen::Vector2d& from_mm,
-                              const Eigen::Vector2d& to_mm,
-                              const Rout& rout) const {
-  const double radius_mm = (from_mm - rout.commanded_center.in_mm()).norm();
-  const double bulge_mm = (to_mm - from_mm).squaredNorm() / (8 * radius_mm);  // at least
-  return !(bulge_mm > digits().step().in_mm());
-}
-
 /// I and J lead from the centre to the start (SIEB & MEYER CNC 8x.00 Command Set, I). The same
 /// coordinates twice running would stop the control.
 void SiebMeyerWriter::write(const Rout& rout) {
@@ -177,14 +168,17 @@ void SiebMeyerWriter::write(const Rout& rout) {
   if (has_routed_ && steps(to_mm) == steps(from_mm)) return;
   has_routed_ = true;
   open_line(to_mm);
-  if (rout.kind == RoutKind::Line || is_flat(from_mm, to_mm, rout)) {
+  const Eigen::Vector2d center_mm = rout.commanded_center.in_mm();
+  const Length step = digits().step();
+  if (rout.kind == RoutKind::Line || is_flat(from_mm, to_mm, center_mm, step)) {
     line_ += "G1";
   } else {
     const bool is_clockwise = (rout.kind == RoutKind::Clockwise) != is_mirrored();
     line_ += is_clockwise ? "G2" : "G3";
-    const Eigen::Vector2d start_mm = on_grid(from_mm);
+    const Eigen::Vector2d start_mm = on_grid(from_mm, written_from_work(), step);
+    const Eigen::Vector2d end_mm = on_grid(to_mm, written_from_work(), step);
     const Eigen::Vector2d center_to_start_mm =
-        start_mm - center_of_rounded(start_mm, on_grid(to_mm), rout.commanded_center.in_mm());
+        start_mm - center_of_rounded(start_mm, end_mm, center_mm);
     const std::size_t begin = line_.size();
     append_point(center_to_start_mm, "IJ");
     if (line_.size() > kLongArc && digits().n_decimals > kShortDecimals) {

@@ -85,7 +85,6 @@ class SiebMeyerWriter final : public ProgramWriter {
   // lines.cc
   void state_control(int axis_version);
   Steps steps(const Eigen::Vector2d& at_mm) const;
-  Eigen::Vector2d on_grid(const Eigen::Vector2d& at_mm) const;
   void append_number(double value);
   std::string plane_text(Length height) const;
   void append_point(const Eigen::Vector2d& at_mm,
@@ -139,9 +138,6 @@ class SiebMeyerWriter final : public ProgramWriter {
   void write(const Rout& rout);
   void write(const Plunge& plunge);
   void write(const Retract& retract);
-  bool is_flat(const Eigen::Vector2d& from_mm,
-               const Eigen::Vector2d& to_mm,
-               const Rout& rout) const;
   void write(const Compensation& compensation);
   void write(const Slot& slot);
   void write(const StepSlot& slot);
