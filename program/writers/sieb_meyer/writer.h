@@ -181,7 +181,7 @@ class SiebMeyerWriter final : public ProgramWriter {
   Depth depth_;
   DepthOfCut map_plane_;             ///< of the last stroke to a depth below a map's surface
   std::set<int> plane_tools_;        ///< that worked at planes of the program or the operator
-  std::set<int> map_tools_;          ///< whose offset was not known, and is set to zero
+  std::set<int> map_tools_;          ///< offset unknown, and set to zero
   bool has_left_standard_ = false;   ///< G83 was said
   bool relies_on_standard_ = false;  ///< in an open pattern, without saying G82
   bool ends_contour_ = false;        ///< the last T0 line

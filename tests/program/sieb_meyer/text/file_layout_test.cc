@@ -332,7 +332,7 @@ TEST(ToolTable1000, AToolWithoutAValueIsNotThere) {
   EXPECT_FALSE(reading.tool(4).diameter);
 }
 
-/// Whoever takes it sets six data to zero; "T2 is in M2".
+/// Its six data are zero; "T2 is in M2".
 TEST(ToolTable1000, AToolWithoutAValueThatIsTakenIsZero) {
   const Reading reading = read_1000("$80$" + repeated("$", 89));
   const Tool tool = reading.layout.taken_tool(2);
