@@ -73,8 +73,9 @@ bool SiebMeyerWriter::may_be_plane(const DepthOfCut& cut, Length z) {
 
 /// The control adds the Z of its tool table "to absolute working plane", and a letter that the file
 /// leaves out "remains unchanged" there: one of an earlier job would come to a plane that stands
-/// for a depth below the board, to which the source's control adds nothing. Source SIEB & MEYER CNC
-/// 8x.00 Command Set, A.7.1, Tool Parameters
+/// for a depth below the board, to which the source's control adds nothing.
+///
+/// Source SIEB & MEYER CNC 8x.00 Command Set, A.7.1, Tool Parameters
 void SiebMeyerWriter::zero_offset() {
   Tool& tool = tools_[tool_];
   tool.number = tool_;
