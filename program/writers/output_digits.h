@@ -31,12 +31,12 @@ struct OutputDigits {
 ///
 /// Excellon: those that the source declares, at most six (inch 00.0000, metric 000.000, 0000.00 or
 /// 000.00). Where it declares others, or has decimal points in its coordinates, 00.0000 or 000.000.
-/// SIEB & MEYER: 0.001 mm and six digits.
+/// SIEB & MEYER: 0.001 mm, the step of its numbers without a point, and six digits, a decision.
 ///
 /// In     resolution: asked for by the operator; digits are added behind the point until the last
 ///        one is as fine, up to a nanometre. Such a control reads more than six.
 /// Source CNC-7 manual, Inch vs. Metric (six digits at most); SIEB & MEYER CNC 8x.00 Command Set,
-///        X: X-coordinate
+///        X: X-coordinate (0.001 mm); docs/decisions/self_contained_output.md
 /// See    tests/program/writers/output_digits_test.cc
 OutputDigits output_digits(Dialect written,
                            const ProgramInfo& source,

@@ -95,15 +95,17 @@ void ProgramWriter::count_digits(std::string_view number) {
   };
   const bool is_fraction = whole == "0" || whole == "-0";
   const int n_whole = is_fraction ? 0 : count(whole);
-  if (n_whole <= digits_.n_whole &&
-      n_whole + count(number.substr(whole.size())) <= digits_.n_digits) {
-    return;
-  }
+  const int n = n_whole + count(number.substr(whole.size()));
+  const bool fits_whole = n_whole <= digits_.n_whole;
+  if (fits_whole && n <= digits_.n_digits) return;
+  std::string expected = fmt::format("at most {} digits", digits_.n_digits);
+  if (!fits_whole) expected += fmt::format(", {} of them before the point", digits_.n_whole);
+  if (!options_.resolution) expected += ", or --resolution 0.1 for a control that reads more";
   fail({Code::NumberTooLong,
         place(),
-        fmt::format("{} has no place in {}", quoted(number), digits_.form()),
-        fmt::format(
-            "at most {} digits, {} of them before the point", digits_.n_digits, digits_.n_whole)});
+        fits_whole ? fmt::format("{} has {} digits", quoted(number), n)
+                   : fmt::format("{} has no place in {}", quoted(number), digits_.form()),
+        std::move(expected)});
 }
 
 void ProgramWriter::lose_tool_table() {

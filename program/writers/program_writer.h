@@ -61,6 +61,8 @@ class ProgramWriter : public TextWriter {
   void note_place(const Operation& operation);
   Place place() const;
   int source_line() const { return line_; }
+  /// Valid during put().
+  std::string_view source_file() const { return file_; }
 
   /// `what`, a noun, has no form and is left out; it changes neither places nor depths.
   void lose(std::string what);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "calib/base/units.h"
 #include <Eigen/Core>
 
 namespace panelcal {
@@ -19,6 +20,24 @@ inline Eigen::Vector2d center_of_rounded(const Eigen::Vector2d& from_mm,
   const Eigen::Vector2d along = chord_mm.normalized();
   const Eigen::Vector2d middle_mm = from_mm + 0.5 * chord_mm;
   return center_mm - along * along.dot(center_mm - middle_mm);
+}
+
+/// The place, mm, that a control reads whose axes and steps are those of the written numbers.
+inline Eigen::Vector2d on_grid(const Eigen::Vector2d& at_mm,
+                               const Eigen::Matrix2d& written_from_work,
+                               Length step) {
+  const Eigen::Vector2d steps = written_from_work * at_mm / step.in_mm();
+  return written_from_work.transpose() * steps.array().round().matrix() * step.in_mm();
+}
+
+/// An arc that bulges by less than a step, so that its rounded ends may lie anywhere on a circle.
+inline bool is_flat(const Eigen::Vector2d& from_mm,
+                    const Eigen::Vector2d& to_mm,
+                    const Eigen::Vector2d& center_mm,
+                    Length step) {
+  const double radius_mm = (from_mm - center_mm).norm();
+  const double bulge_mm = (to_mm - from_mm).squaredNorm() / (8 * radius_mm);  // at least
+  return !(bulge_mm > step.in_mm());
 }
 
 }  // namespace panelcal

@@ -61,6 +61,9 @@ void Interpreter::set_depths(const Block& block, const Order& order) {
   if (order.z_mm) z_mm_ = order.z_mm;
   if (order.k_mm) k_mm_ = order.k_mm;
   if (order.depth_control) depth_control_ = *order.depth_control;
+  if (order.depth_control || order.slm) {
+    doubts_control_ = !order.depth_control && !*order.slm && surface_.is_on() && depth_control_;
+  }
   if (order.slm) {
     if (keeps_structure()) return refuse_kept(block);
     *order.slm ? surface_.switch_on() : surface_.switch_off();
@@ -81,7 +84,21 @@ void Interpreter::suspend_surface(const Block& block, const Order& order) {
   const bool was_suspended =
       std::exchange(is_surface_suspended_, surface_.is_on() && order.suspends_depth_control);
   if (!is_surface_suspended_ || was_suspended) return;
-  report(Code::DepthControlAssumed, block, quoted(block.text), "G70 before G82, or G71 behind it");
+  report(Code::DepthControlAssumed,
+         block,
+         quoted(block.text) + " turns it off, until G83 or G71",
+         "G70 before G82, or G71 behind it");
+}
+
+/// G83 "remains on" until G82 (manual, 11), but what follows G70 is a "program section without
+/// depth control" in the example of 10.1, where no G83 stands before.
+void Interpreter::judge_control(int line) {
+  if (!std::exchange(doubts_control_, false)) return;
+  reporter_.report(Code::DepthControlAssumed,
+                   line,
+                   1,
+                   "G83 from before G71 and G70 holds on",
+                   "G82 or G83 behind G70");
 }
 
 bool Interpreter::uses_surface() const {
@@ -329,8 +346,9 @@ void Interpreter::surface_order(const Block& block, const Order& order) {
       *order.surface == Command::SurfaceDetect || *order.surface == Command::GridReference ||
       *order.surface == Command::GridPoint || *order.surface == Command::DepthRecord;
   if (!may_take_surface_order(block, order, probes)) return;
-  // For probing the tool is put away, and the dummy tool comes in its place.
-  if ((order.is_tool_up || order.is_dummy_tool) && tool_) {
+  // For probing the tool is put away, be it that of the job before, and the dummy tool comes in its
+  // place.
+  if (order.is_tool_up || (order.is_dummy_tool && tool_)) {
     tool_.reset();
     emitter_.take(block.line, {Tool{}, std::nullopt});
   }

@@ -26,6 +26,7 @@ void Interpreter::drill(int line, const Eigen::Vector2d& at_mm) {
   contour_ = Contour::None;
   machine_at_mm_.reset();
   if (!areas_.empty() && is_forbidden(line, at_mm)) return;
+  judge_control(line);
   if (uses_grid()) emitter_.set_cut(cut_at(line, at_mm));
   emitter_.drill(line, at_mm);
 }
@@ -125,6 +126,7 @@ void Interpreter::end_pattern(const Block& block, const Order& order) {
           !emitter_.follows_map()) {
         const auto whole = nibbled_slot(pattern.first_mm, second_mm, *diameter_mm, nibbling_);
         if (!whole) return refuse(whole.error(), "");
+        judge_control(block.line);
         return emitter_.slot(block.line, pattern.first_mm, second_mm, whole->size());
       }
       holes = nibbled_slot(pattern.first_mm, second_mm, *diameter_mm, nibbling_);

@@ -20,9 +20,8 @@ void Interpreter::take_tool(const Block& block, const Order& order) {
     return report(
         Code::ContourUnclosed, block, quoted(block.text), "a T0 line before the tool change");
   }
-  const auto defined = layout_.tools.find(*order.tool);
   machine_at_mm_.reset();
-  tool_ = defined == layout_.tools.end() ? Tool{.number = *order.tool} : defined->second;
+  tool_ = layout_.taken_tool(*order.tool);
   emitter_.take(block.line, {*tool_, std::nullopt});
 }
 
@@ -76,6 +75,7 @@ void Interpreter::events_before(const Block& block, const Order& order) {
       if (routs) {
         waiting_events_.emplace_back(FunctionKind::MachineFunction, "M21");
       } else if (!begins_pattern) {
+        if (order.is_tool_up) machine_at_mm_.reset();  // its coordinate is executed, also in place
         function(block.line, FunctionKind::MachineFunction, "M21", order.has_xy());
       }
       continue;

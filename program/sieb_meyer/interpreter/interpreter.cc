@@ -191,7 +191,8 @@ void Interpreter::run_block(const Block& block) {
   run_order(block, *order);
   if (std::exchange(skips_surface_, false)) update_cut();
   if (holds_once && order->incremental) modal_.incremental = was_incremental;
-  needs_care_ = scaling_.is_set() || !areas_.empty() || surface_.has_grid() || surface_.is_on();
+  needs_care_ = scaling_.is_set() || !areas_.empty() || surface_.has_grid() || surface_.is_on() ||
+                doubts_control_;
   if (trial_ != nullptr && trial_->is_over()) emitter_.stop_executing();
 }
 
@@ -199,6 +200,8 @@ void Interpreter::run_block(const Block& block) {
 /// what comes behind it; texts last.
 void Interpreter::run_order(const Block& block, const Order& order) {
   prepare(block, order);
+  const bool drills = !order.motion && !modal_.motion && !order.is_tool_up;
+  emitter_.set_pecking(drills && (peck_.is_on || peck_.is_pulsing));
   events_before(block, order);
   if (has_ended()) return;
   move_or_measure(block, order);

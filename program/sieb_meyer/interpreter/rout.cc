@@ -95,6 +95,7 @@ bool Interpreter::may_rout(const Block& block) {
            "L# before the T0 line");
     return false;
   }
+  judge_control(block.line);
   return true;
 }
 

@@ -219,7 +219,10 @@ class TableReader {
              fmt::format("{} values behind the first $", n_values + (at < text.size() ? 1 : 0)),
              "six for each of 15 tools, 91 dollar signs in all");
     }
-    for (auto& [number, tool] : layout_.tools) {
+    for (int number = 1; number <= kTools; ++number) {
+      const auto valued = layout_.tools.find(number);
+      Tool& tool = valued == layout_.tools.end() ? layout_.empty_tools[number] : valued->second;
+      tool.number = number;
       tool.magazines = {number};
       tool.zeroed += without_value[number];
     }
@@ -253,6 +256,13 @@ std::optional<LinePlace> find_table(std::string_view bytes, LinePlace from) {
 }
 
 }  // namespace
+
+Tool FileLayout::taken_tool(int number) const {
+  for (const auto* table : {&tools, &empty_tools}) {
+    if (const auto found = table->find(number); found != table->end()) return found->second;
+  }
+  return Tool{.number = number};
+}
 
 bool is_program(std::string_view bytes) {
   LineCursor cursor(bytes);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <string>
 #include <string_view>
 
@@ -29,7 +30,11 @@ struct FileLayout : ProgramHead {
   int head_line = 0;         ///< of the %%
   LinePlace body;            ///< behind the %%
   std::size_t body_end = 0;  ///< place of the $, or the end of the text
+  /// Tools of format 1000 with six empty values: zero, if the program takes them.
+  std::map<int, Tool> empty_tools;
 
+  /// A tool that the program takes, with its data in the table; its number alone if it has none.
+  Tool taken_tool(int number) const;
   NumberFormat number_format() const override { return kMetricFormat; }
   std::string number_summary() const override { return summary(format); }
 };

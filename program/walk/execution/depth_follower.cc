@@ -64,6 +64,10 @@ DepthOfCut DepthFollower::at(int line,
       refuse_at(line, fmt::format("a depth of {:.4g} mm", depth.in_mm()));
       return cut;
     }
+    if (pecks_ && !cut.is_controlled()) {
+      refuse_at(line, "an I above the table (G81 or G89 under G82)");
+      return cut;
+    }
     cut.depth = depth;
     if (!cut.is_controlled()) cut.control = DepthControl::Depth;
   }

@@ -38,6 +38,10 @@ class DepthFollower {
   bool has_tool_depth() const { return tool_depth_.has_value(); }
 
   void take(int line, const Tool& tool);
+  /// Holes come in strokes whose upper turning point counts from the table or the board, as the
+  /// program has it: [[depth]] must not have them count from the other one.
+  /// Source SIEB & MEYER CNC 8x.00 Command Set, G81, G89 (I)
+  void set_pecking(bool pecks) { pecks_ = pecks; }
   /// The cut of a tool at a place for this order.
   DepthOfCut at(int line, const Position<frame::Nominal>& place, const DepthOfCut& asked);
   /// Its height at every place is the map's.
@@ -68,6 +72,7 @@ class DepthFollower {
   std::optional<Length> tool_depth_;
   bool has_refused_place_ = false;
   bool has_refused_tool_ = false;  ///< the one in use
+  bool pecks_ = false;
 };
 
 }  // namespace panelcal

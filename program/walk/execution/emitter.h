@@ -90,6 +90,8 @@ class Emitter {
     has_hole_cut_ = false;
   }
   const DepthOfCut& cut() const { return cut_; }
+  /// Holes from here on are pecked from a height above the table or the board (DepthFollower).
+  void set_pecking(bool pecks) { depths_.set_pecking(pecks); }
   /// The cut of the tool in use at a place: as deep as [[depth]] states, from the map's height.
   DepthOfCut cut_at(int line, const Position<frame::Nominal>& place) {
     return depths_.at(line, place, cut_);

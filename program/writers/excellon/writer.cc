@@ -228,13 +228,6 @@ inline char* ExcellonWriter::write_point(char* at,
   return at;
 }
 
-/// The place that the control reads.
-Eigen::Vector2d ExcellonWriter::on_grid(const Eigen::Vector2d& p_mm) const {
-  const double step_mm = digits().step().in_mm();
-  const Eigen::Vector2d steps = written_from_work() * p_mm / step_mm;
-  return written_from_work().transpose() * steps.array().round().matrix() * step_mm;
-}
-
 void ExcellonWriter::append_point(const Eigen::Vector2d& p_mm, std::string_view letters) {
   std::array<char, kPointChars> chars;
   const char* const end = write_point(chars.data(), p_mm, letters);
@@ -325,25 +318,18 @@ void ExcellonWriter::put_table_feed(Feed feed, bool is_default) {
   text() += '\n';
 }
 
-/// The arc bulges by less than a step, so that its rounded ends may lie anywhere on a circle.
-bool ExcellonWriter::is_flat(const Eigen::Vector2d& from_mm,
-                             const Eigen::Vector2d& to_mm,
-                             const Eigen::Vector2d& center_mm) const {
-  const double radius_mm = (from_mm - center_mm).norm();
-  const double bulge_mm = (to_mm - from_mm).squaredNorm() / (8 * radius_mm);  // at least
-  return !(bulge_mm > digits().step().in_mm());
-}
-
 /// I and J lead from the center to the start, as the manual measures them (Arc Center Offset).
 void ExcellonWriter::write(const Rout& rout) {
   check_cut(rout.cut);
   put_table_feed(rout.feed, rout.feed_is_default);
   const Eigen::Vector2d from_mm = std::exchange(at_mm_, rout.commanded.in_mm());
   const Eigen::Vector2d center_mm = rout.commanded_center.in_mm();
-  const Eigen::Vector2d start_mm = on_grid(from_mm);
+  const Length step = digits().step();
+  const Eigen::Vector2d start_mm = on_grid(from_mm, written_from_work(), step);
+  const Eigen::Vector2d end_mm = on_grid(at_mm_, written_from_work(), step);
   const Eigen::Vector2d center_to_start_mm =
-      start_mm - center_of_rounded(start_mm, on_grid(at_mm_), center_mm);
-  if (rout.kind == RoutKind::Line || is_flat(from_mm, at_mm_, center_mm)) {
+      start_mm - center_of_rounded(start_mm, end_mm, center_mm);
+  if (rout.kind == RoutKind::Line || is_flat(from_mm, at_mm_, center_mm, step)) {
     text() += "G01";
     append_place(rout);
   } else {

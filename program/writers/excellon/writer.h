@@ -43,10 +43,6 @@ class ExcellonWriter final : public ProgramWriter {
   void append_speed(SpindleSpeed speed);
   char* write_length(char* at, double value) const;
   char* write_point(char* at, const Eigen::Vector2d& p_mm, std::string_view letters);
-  Eigen::Vector2d on_grid(const Eigen::Vector2d& p_mm) const;
-  bool is_flat(const Eigen::Vector2d& from_mm,
-               const Eigen::Vector2d& to_mm,
-               const Eigen::Vector2d& center_mm) const;
   static constexpr std::size_t kPointChars = 2 * (kFixedChars + 3);
   void append_length(char letter, Length length, int n_decimals);
   /// Of a tool or a depth, whose digits no header declares.

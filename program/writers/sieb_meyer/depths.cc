@@ -32,6 +32,7 @@ const DepthOfCut* SiebMeyerWriter::told_cut(const DepthOfCut& cut) {
              "Z# for every hole and contour");
       return nullptr;
     }
+    if (!cut.is_controlled()) note_offset_use(plane_tools_, map_tools_);
     return &cut;
   }
   if (!cut.depth) {
@@ -66,7 +67,31 @@ bool SiebMeyerWriter::may_be_plane(const DepthOfCut& cut, Length z) {
            "drilling in one stroke, or depth control");
     return false;
   }
+  zero_offset();
   return true;
+}
+
+/// The control adds the Z of its tool table "to absolute working plane", and a letter that the file
+/// leaves out "remains unchanged" there: one of an earlier job would come to a plane that stands
+/// for a depth below the board, to which the source's control adds nothing.
+///
+/// Source SIEB & MEYER CNC 8x.00 Command Set, A.7.1, Tool Parameters
+void SiebMeyerWriter::zero_offset() {
+  Tool& tool = tools_[tool_];
+  tool.number = tool_;
+  if (tool.zeroed.find('Z') == std::string::npos) {
+    if (tool.depth_offset) return;
+    tool.zeroed += 'Z';
+  } else if (!map_tools_.contains(tool_)) {
+    return;  // so the source has it
+  }
+  note_offset_use(map_tools_, plane_tools_);
+}
+
+void SiebMeyerWriter::note_offset_use(std::set<int>& tools, const std::set<int>& others) {
+  if (!tools.insert(tool_).second || !others.contains(tool_)) return;
+  lose_once(fmt::format("a Z offset of tool {} that the control's table may have (it becomes zero)",
+                        tool_));
 }
 
 /// Surface detection is switched in lines of its own, and the control takes the surface of a
@@ -77,11 +102,14 @@ bool SiebMeyerWriter::needs_surface_line(const DepthOfCut& cut) const {
   return !depth_.is_slm || (cut.depth && depth_.k.told != plane_text(*cut.depth));
 }
 
+/// Behind G70 follows a "section without depth control" in the example, G83 "remains on" (11):
+/// where both were said, G82 or G83 is said again.
 void SiebMeyerWriter::say_surface_line(const DepthOfCut& cut) {
   if (!needs_surface_line(cut)) return;
   depth_.is_slm = cut.control == DepthControl::Slm;
   if (!depth_.is_slm) {
     line("G70");
+    if (depth_.is_controlled == true) depth_.is_controlled.reset();
   } else {
     if (cut.depth) depth_.k.tell(plane_text(*cut.depth));
     line(slm_line(cut.depth ? depth_.k.told : std::nullopt));
@@ -182,15 +210,19 @@ void SiebMeyerWriter::end_depths_of_copy() {
 
 // --- surface detection -------------------------------------------------------------------------
 
-/// The control probes again where panelcal has, and counts K from what it finds.
+/// The control probes again where panelcal has, and counts K from what it finds. G70 "deactivates
+/// the function for detecting, using and storing a reference surface", so G71 stands before
+/// them. A T0 line that begins a contour stands behind the order.
 /// Source SIEB & MEYER CNC 8x.00 Command Set, 10.1
 void SiebMeyerWriter::write(const SurfaceOrder& order) {
   if (is_foreign()) return;
+  up_at_.reset();
+  const bool uses_surface =
+      order.kind != SurfaceOrderKind::ClearMemory && order.kind != SurfaceOrderKind::StoreGrid;
+  if (uses_surface && !std::exchange(depth_.is_slm, true)) line("G71");
   const std::string memory = order.memory ? fmt::format("L{}", *order.memory) : std::string();
   switch (order.kind) {
     case SurfaceOrderKind::Detect:
-      if (!depth_.is_slm) line("G71");
-      depth_.is_slm = true;
       return probe(order, "G73" + memory);
     case SurfaceOrderKind::Record:
       return probe(order, "G76");

@@ -58,13 +58,6 @@ SiebMeyerWriter::Steps SiebMeyerWriter::steps(const Eigen::Vector2d& at_mm) cons
   return {std::llround(written.x()), std::llround(written.y())};
 }
 
-/// The place that the control reads.
-Eigen::Vector2d SiebMeyerWriter::on_grid(const Eigen::Vector2d& at_mm) const {
-  const Steps at = steps(at_mm);
-  const Eigen::Vector2d written(static_cast<double>(at[0]), static_cast<double>(at[1]));
-  return written_from_work().transpose() * written * digits().step().in_mm();
-}
-
 void SiebMeyerWriter::append_number(double value) {
   const std::string text = number_text(value, digits().n_decimals);
   check_digits(text);
@@ -96,8 +89,9 @@ void SiebMeyerWriter::open_line(const Eigen::Vector2d& at_mm) {
   finish_line();
   append_point(at_mm, "XY");
   if (pending_tool_) line_ += fmt::format("T{}", *std::exchange(pending_tool_, std::nullopt));
-  if (place_words_.line != 0) say_place_words();
-  line_source_ = source_line();
+  if (has_place_words()) say_place_words();
+  line_source_.number = source_line();
+  line_source_.file = source_file();
   up_at_.reset();
   at_mm_ = at_mm;
 }
@@ -114,8 +108,10 @@ void SiebMeyerWriter::tool_up_line(const Eigen::Vector2d& at_mm) {
 // --- words for a place -------------------------------------------------------------------------
 
 SiebMeyerWriter::PlaceWords& SiebMeyerWriter::place_words() {
-  if (place_words_.line != source_line()) settle_place_words();
-  place_words_.line = source_line();
+  if (!is_of(place_words_.line)) {
+    settle_place_words();
+    place_words_.line = {source_line(), std::string(source_file())};
+  }
   return place_words_;
 }
 
@@ -130,9 +126,11 @@ void SiebMeyerWriter::say_place_words() {
 /// The line that they belong to is done. The cutter may have been raised at its place already.
 void SiebMeyerWriter::settle_place_words() {
   const PlaceWords words = place_words_;
-  if (words.line != 0 && !words.is_said && is_tool_up_line_ && line_source_ == words.line) {
+  const bool has_line =
+      line_source_.number == words.line.number && line_source_.file == words.line.file;
+  if (has_place_words() && !words.is_said && is_tool_up_line_ && has_line) {
     say_place_words();
-  } else if (words.line != 0) {
+  } else if (has_place_words()) {
     if (words.may_stop) line("M20");
     if (words.has_output && !words.is_said) lose("M21 at a place that is not worked at");
   }

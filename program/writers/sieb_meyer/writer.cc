@@ -54,7 +54,7 @@ void SiebMeyerWriter::put(const Operation& operation) {
       state_control(info().axis_version);
     }
   }
-  if (place_words_.line != 0 && operation.line != place_words_.line) settle_place_words();
+  if (has_place_words() && !is_of(place_words_.line)) settle_place_words();
   std::visit([this](const auto& what) { write(what); }, operation.what);
   flush_if_large();
 }
@@ -130,14 +130,15 @@ void SiebMeyerWriter::write(const Autocalibration&) {
 
 // --- routing -----------------------------------------------------------------------------------
 
-/// A second T0 line at the same place would only cost time.
+/// A second T0 line at the same place would only cost time, but words of a line for its place must
+/// not come to the line before: M20 there would stop ahead of the contour's end, the cutter down.
 void SiebMeyerWriter::write(const RapidMove& move) {
   refuse_under_nested();
   const Eigen::Vector2d to_mm = move.commanded.in_mm();
   if (up_at_ == steps(to_mm) && !pending_tool_) {
     const bool has_words = place_words_.may_stop || place_words_.has_output;
     if (!has_words) return;
-    if (is_tool_up_line_) return say_place_words();
+    if (is_tool_up_line_ && is_of(line_source_)) return say_place_words();
   }
   tool_up_line(to_mm);
 }
@@ -166,15 +167,6 @@ void SiebMeyerWriter::write(const Plunge& plunge) {
   if (told) say_depth(*told, false);
 }
 
-/// The arc bulges by less than a step, so that its rounded ends may lie anywhere on a circle.
-bool SiebMeyerWriter::is_flat(const Eigen::Vector2d& from_mm,
-                              const Eigen::Vector2d& to_mm,
-                              const Rout& rout) const {
-  const double radius_mm = (from_mm - rout.commanded_center.in_mm()).norm();
-  const double bulge_mm = (to_mm - from_mm).squaredNorm() / (8 * radius_mm);  // at least
-  return !(bulge_mm > digits().step().in_mm());
-}
-
 /// I and J lead from the centre to the start (SIEB & MEYER CNC 8x.00 Command Set, I). The same
 /// coordinates twice running would stop the control.
 void SiebMeyerWriter::write(const Rout& rout) {
@@ -183,14 +175,17 @@ void SiebMeyerWriter::write(const Rout& rout) {
   if (has_routed_ && steps(to_mm) == steps(from_mm)) return;
   has_routed_ = true;
   open_line(to_mm);
-  if (rout.kind == RoutKind::Line || is_flat(from_mm, to_mm, rout)) {
+  const Eigen::Vector2d center_mm = rout.commanded_center.in_mm();
+  const Length step = digits().step();
+  if (rout.kind == RoutKind::Line || is_flat(from_mm, to_mm, center_mm, step)) {
     line_ += "G1";
   } else {
     const bool is_clockwise = (rout.kind == RoutKind::Clockwise) != is_mirrored();
     line_ += is_clockwise ? "G2" : "G3";
-    const Eigen::Vector2d start_mm = on_grid(from_mm);
+    const Eigen::Vector2d start_mm = on_grid(from_mm, written_from_work(), step);
+    const Eigen::Vector2d end_mm = on_grid(to_mm, written_from_work(), step);
     const Eigen::Vector2d center_to_start_mm =
-        start_mm - center_of_rounded(start_mm, on_grid(to_mm), rout.commanded_center.in_mm());
+        start_mm - center_of_rounded(start_mm, end_mm, center_mm);
     const std::size_t begin = line_.size();
     append_point(center_to_start_mm, "IJ");
     if (line_.size() > kLongArc && digits().n_decimals > kShortDecimals) {

@@ -67,9 +67,14 @@ class SiebMeyerWriter final : public ProgramWriter {
     Plane k;
   };
   enum class Nested : std::uint8_t { None, InForce, Cancelled, Ended };
+  /// A line of the program or of a subprogram.
+  struct SourceLine {
+    int number = 0;  ///< 0: none
+    std::string file;
+  };
   /// Words of a line of the source for the places that it gives.
   struct PlaceWords {
-    int line = 0;             ///< of the source; 0: there are none
+    SourceLine line;          ///< none: there are no words
     bool may_stop = false;    ///< M20: at the next place
     bool has_output = false;  ///< M21: at every place
     bool is_said = false;
@@ -80,7 +85,6 @@ class SiebMeyerWriter final : public ProgramWriter {
   // lines.cc
   void state_control(int axis_version);
   Steps steps(const Eigen::Vector2d& at_mm) const;
-  Eigen::Vector2d on_grid(const Eigen::Vector2d& at_mm) const;
   void append_number(double value);
   std::string plane_text(Length height) const;
   void append_point(const Eigen::Vector2d& at_mm,
@@ -91,6 +95,11 @@ class SiebMeyerWriter final : public ProgramWriter {
   void say_place_words();
   void settle_place_words();
   PlaceWords& place_words();
+  bool has_place_words() const { return place_words_.line.number != 0; }
+  /// The operation in hand comes from there.
+  bool is_of(const SourceLine& line) const {
+    return line.number == source_line() && line.file == source_file();
+  }
   void finish_line();
   void line(std::string_view text);
   void say_tool();
@@ -103,6 +112,8 @@ class SiebMeyerWriter final : public ProgramWriter {
   // depths.cc
   const DepthOfCut* told_cut(const DepthOfCut& cut);
   bool may_be_plane(const DepthOfCut& cut, Length z);
+  void zero_offset();
+  void note_offset_use(std::set<int>& tools, const std::set<int>& others);
   bool needs_surface_line(const DepthOfCut& cut) const;
   void say_surface_line(const DepthOfCut& cut);
   void say_surface_line_of_contour(const DepthOfCut& cut);
@@ -127,9 +138,6 @@ class SiebMeyerWriter final : public ProgramWriter {
   void write(const Rout& rout);
   void write(const Plunge& plunge);
   void write(const Retract& retract);
-  bool is_flat(const Eigen::Vector2d& from_mm,
-               const Eigen::Vector2d& to_mm,
-               const Rout& rout) const;
   void write(const Compensation& compensation);
   void write(const Slot& slot);
   void write(const StepSlot& slot);
@@ -156,7 +164,7 @@ class SiebMeyerWriter final : public ProgramWriter {
   bool states_control_ = false;   ///< the lines that say how the control is to be
   std::string line_;              ///< not finished: words may follow
   bool is_tool_up_line_ = false;  ///< that line is a T0 line
-  int line_source_ = 0;           ///< the source's line that it comes from
+  SourceLine line_source_;        ///< that it comes from
   PlaceWords place_words_;
   std::optional<int> pending_tool_;  ///< said in the next line with a coordinate
   int tool_ = 0;                     ///< the program's last
@@ -172,6 +180,8 @@ class SiebMeyerWriter final : public ProgramWriter {
   std::optional<std::string> feed_;                     ///< as written last
   Depth depth_;
   DepthOfCut map_plane_;             ///< of the last stroke to a depth below a map's surface
+  std::set<int> plane_tools_;        ///< that worked at planes of the program or the operator
+  std::set<int> map_tools_;          ///< offset unknown, and set to zero
   bool has_left_standard_ = false;   ///< G83 was said
   bool relies_on_standard_ = false;  ///< in an open pattern, without saying G82
   bool ends_contour_ = false;        ///< the last T0 line

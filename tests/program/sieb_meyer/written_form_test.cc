@@ -404,6 +404,18 @@ TEST(SiebMeyerWrittenForm, StopsAndOutputsStandInTheLineOfTheirPlace) {
               ElementsAre("X1.Y1.T1M20", "X2.Y1.M20M21", "X3.Y1."));
   EXPECT_THAT(body(outcome_of("X1.Y1.T1\nX2.Y1.V2M20M21\nX4.Y1.W2\nX5.Y1.\n")),
               ElementsAre("X1.Y1.T1", "X2.Y1.M20M21", "X4.Y1.M21", "X5.Y1."));
+  // M20 stops before its coordinate: in the line that ends the contour, with the cutter down.
+  EXPECT_THAT(body(outcome_of("X1.Y1.T0T2\nX5.Y1.G1\nX5.Y1.T0\nX5.Y1.T0M20\nX9.Y1.G1\nX9.Y1.T0\n"
+                              "X9.Y1.T0M21\nX9.Y5.G1\nX9.Y5.T0\n")),
+              ElementsAre("X1.Y1.T2T0",
+                          "X5.Y1.G1",
+                          "X5.Y1.T0",
+                          "X5.Y1.M20T0",
+                          "X9.Y1.G1",
+                          "X9.Y1.T0",
+                          "X9.Y1.M21T0",
+                          "X9.Y5.G1",
+                          "X9.Y5.T0"));
   // The hole of that line is left out.
   const Outcome omitted = outcome_of("X1.Y1.M58D2.\nX5.Y5.T1\nX1.Y1.M20M21\nX6.Y5.\n");
   EXPECT_THAT(body(omitted), ElementsAre("X5.Y5.T1", "M20", "X6.Y5."));
@@ -416,6 +428,9 @@ TEST(SiebMeyerWrittenForm, StopsAndOutputsStandInTheLineOfTheirPlace) {
 TEST(SiebMeyerWrittenForm, TheToolTableIsWhole) {
   const std::string table = "$\nT1D1.SNA0.3Z\nM1M2M3M4M5M6M7M8M9M10\nM11M12\nT2D2.5\n$\n";
   EXPECT_THAT(text_of(outcome_of("%%5000\nX1.Y1.T1\n" + table)), testing::EndsWith('\n' + table));
+  // Format 1000: six empty values of T2, which is in M2 (A.5).
+  EXPECT_THAT(text_of(outcome_of("%%\nX1000Y1000T2\n$" + std::string(90, '$') + "\n")),
+              testing::EndsWith("\n$\nT2DSFRNA\nM2\n$\n"));
 }
 
 /// A control that was left in any axis version: what we write is read as it was meant.

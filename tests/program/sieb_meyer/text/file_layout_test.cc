@@ -332,6 +332,17 @@ TEST(ToolTable1000, AToolWithoutAValueIsNotThere) {
   EXPECT_FALSE(reading.tool(4).diameter);
 }
 
+/// Its six data are zero; "T2 is in M2".
+TEST(ToolTable1000, AToolWithoutAValueThatIsTakenIsZero) {
+  const Reading reading = read_1000("$80$" + repeated("$", 89));
+  const Tool tool = reading.layout.taken_tool(2);
+  EXPECT_EQ(tool.number, 2);
+  EXPECT_EQ(tool.zeroed, "DSFRNA");
+  EXPECT_THAT(tool.magazines, ElementsAre(2));
+  EXPECT_EQ(reading.layout.taken_tool(1).diameter, mm(0.8));
+  EXPECT_EQ(reading.layout.taken_tool(16), Tool{.number = 16});
+}
+
 TEST(ToolTable1000, LineEndsInsideDoNotCount) {
   const Reading reading =
       read_1000("$8\n0$50$\r\n" + repeated("$", 44) + "\n  " + repeated("$", 44) + "\n\n");

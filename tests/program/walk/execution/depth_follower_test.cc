@@ -329,8 +329,19 @@ TEST(DepthFollower, RefusesWhatContradictsTheProgram) {
               Reports("p:2: error[argument-invalid]", "0.4 mm", "0.8 mm"));
   EXPECT_THAT(error("%%5000\nX10.Y10.T1Z3.\n$\nT1D1.\n$\n"), HasSubstr("Z3"));
   EXPECT_THAT(error(excellon("T1Z-0.1\nX010.Y020.\n")), HasSubstr("-0.1 mm"));
+  // I is 3 mm above the table; below a surface it would be 3 mm above the board.
+  for (const char* const pecks : {"G81I3.J.5W1000", "G89I3.J.5E30"}) {
+    EXPECT_THAT(error("%%5000\nX10.Y10.T1" + std::string(pecks) + "\nX20.Y10.\n$\nT1D1.\n$\n"),
+                Reports("p:2: error[argument-invalid]", "above the table", "0.8 mm"));
+  }
   EXPECT_THAT(error(excellon("T1\nX010.Y010.G87X020.Y010.Z-0.1U0.3\n")),
               HasSubstr("p:7: error[not-supported]"));
+  // Contours are not pecked, and I under G83 is above the board anyway.
+  EXPECT_THAT(outcome("%%5000\nX10.Y10.T1T0G81I3.J.5W1000\nX20.Y10.G1\nX20.Y10.T0\nX30.Y10.G80\n"
+                      "X40.Y10.G83G81\n$\nT1D1.\n$\n",
+                      on_hills({depth_of(1, 0.8)}))
+                  .errors,
+              IsEmpty());
   EXPECT_THAT(
       outcome("%%5000\nX10.Y10.T1G83K.8\n$\nT1D1.\n$\n", on_hills({depth_of(1, 0.8)})).errors,
       IsEmpty());

@@ -153,6 +153,52 @@ TEST(SiebMeyerDepth, ProbingPutsTheToolAwayOrTakesTheDummy) {
             "X5.Y1.T1\nG71\nX1.Y1.T0G73L1\nG71K0.2\nX2.Y1.T1\nX3.Y1.TDG73L1\nX4.Y1.T1\nG70\n");
 }
 
+/// What the last job left in the spindle is put away too.
+TEST(SiebMeyerDepth, ProbingPutsTheToolAwayBeforeTheProgramHasTakenOne) {
+  const std::string body = "G71\nX1.Y1.T0G73L1\nX2.Y1.T0G73L2\nG70\nX5.Y5.T1\n";
+  EXPECT_EQ(body_of(body), body);
+}
+
+/// "The G70 command deactivates the function for detecting, using and storing a reference surface."
+TEST(SiebMeyerDepth, SurfacesAreStoredAndTakenUnderG71) {
+  EXPECT_EQ(body_of("G71\nX1.Y1.G73L1\nX2.Y2.G73L2\nG71K.4\nL1\nX1.Y1.T1\nX2.Y2.G77\nL2\n"
+                    "X3.Y3.\nG70\n"),
+            "G71\nX1.Y1.G73L1\nX2.Y2.G73L2\nL1\nG71K0.4\nX1.Y1.T1\nG70\nX2.Y2.\nG71\nL2\n"
+            "X3.Y3.\nG70\n");
+  EXPECT_EQ(body_of("G71\nX1.Y1.G73\nX5.Y5.T1G77\nG73L7\nX6.Y5.G77\nG74L1\nX7.Y5.G77\nX8.Y5.G76\n"
+                    "G70\n"),
+            "G71\nX1.Y1.G73\nG70\nX5.Y5.T1\nG71\nG73L7\nG70\nX6.Y5.\nG71\nG74L1\nG70\nX7.Y5.\n"
+            "G71\nX8.Y5.G76\nG70\n");
+}
+
+/// "Only the surface value ahead the T0 block is considered for a complete routing contour."
+TEST(SiebMeyerDepth, ASurfaceIsTakenAheadOfTheT0LineOfItsContour) {
+  const std::string body =
+      "G71\nX1.Y1.G73L1\nX2.Y2.G73L2\nL1\nG71K0.4\nX5.Y5.T1T0\nX6.Y5.G1\nX6.Y5.T0\nL2\nX6.Y5.T0\n"
+      "X7.Y5.G1\nX7.Y5.T0\nG70\n";
+  EXPECT_EQ(body_of(body), body);
+}
+
+/// "Program section without depth control" follows G70 in the manual's example, and G83 "remains
+/// on".
+TEST(SiebMeyerDepth, G83BehindG70IsSaidAgainAndAssumedByName) {
+  const std::string body = "X5.Y5.T1G83K.3\nG71K.4\nX1.Y1.G73L1\nX1.Y1.\nX2.Y2.G77\nX3.Y3.\nG70\n";
+  const std::string written =
+      "X5.Y5.T1G83K0.3\nG71\nX1.Y1.G73L1\nG71K0.4\nX1.Y1.\nG70\nX2.Y2.G83\nG71K0.4\nX3.Y3.\n"
+      "G70\n";
+  const DepthRun run = run_to_sieb_meyer(program(body + "X4.Y4.\nX5.Y4.\n"));
+  EXPECT_EQ(body_in(run.text), written + "X4.Y4.G83\nX5.Y4.\n");
+  EXPECT_THAT(run.warnings, ElementsAre(HasSubstr("p.s5:9:1: warning[depth-control-assumed]")));
+  const DepthRun said = run_to_sieb_meyer(program(body + "X4.Y4.G82\nX5.Y4.\n"));
+  EXPECT_EQ(body_in(said.text), written + "X4.Y4.G82\nX5.Y4.\n");
+  EXPECT_THAT(said.warnings, IsEmpty());
+  const DepthRun routed = run_to_sieb_meyer(
+      program("X1.Y1.T1G83\nG71\nX1.Y1.G73\nG70\nX2.Y2.T0\nX3.Y2.G1\nX3.Y2.T0\n"));
+  EXPECT_EQ(body_in(routed.text),
+            "X1.Y1.T1G83\nG71\nX1.Y1.G73\nG70\nX2.Y2.T0G83\nX3.Y2.G1\nX3.Y2.T0\n");
+  EXPECT_THAT(routed.warnings, ElementsAre(HasSubstr("p.s5:7:1: warning[depth-control-assumed]")));
+}
+
 /// The manual: depth control "remains on until the execution is finished or until a G82 command is
 /// called"; G71 turns it on.
 TEST(SiebMeyerDepth, G82UnderG71CountsFromTheTableAndSaysSo) {

@@ -18,6 +18,7 @@ using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 const std::string kTable = "$\nT1D1.\nT2D2.5\n$\n";
 const std::string kBegin = "%%5000\nM49,FV1\nM49,NORA\nM49,NOSA\n";
@@ -296,6 +297,40 @@ TEST(SiebMeyerWriter, RefusesADepthAsAPlaneOfAToolWithAnOffset) {
   EXPECT_THAT(from_sieb_meyer({change, drill_at(1, 2, cut)}).failure, HasSubstr("0.3 mm"));
 }
 
+/// docs/decisions/self_contained_output.md
+TEST(SiebMeyerWriter, RefusesMoreThanSixDigitsUnlessTheControlReadsMore) {
+  EXPECT_THAT(from_sieb_meyer({drill(1, 100, 2000.125)}).failure,
+              Reports("p:10: error[number-too-long]",
+                      "\"2000.125\" has 7 digits",
+                      "at most 6 digits",
+                      "--resolution 0.1"));
+  EXPECT_EQ(from_sieb_meyer({drill(1, 100, 2000.12)}).body, "X100.Y2000.12\n");
+  EXPECT_EQ(from_sieb_meyer({drill(1, 100, 2000.125)}, {.resolution = um(0.1)}).body,
+            "X100.Y2000.125\n");
+  const Written longer = from_sieb_meyer({drill(1, 12345678.9125, 0)}, {.resolution = um(0.1)});
+  EXPECT_THAT(longer.failure, AllOf(HasSubstr("before the point"), Not(HasSubstr("--resolution"))));
+}
+
+/// "If no code letter is saved for a parameter, the corresponding value in the tool table remains
+/// unchanged": the control would add the offset of an earlier job.
+TEST(SiebMeyerWriter, ZeroesTheOffsetOfAToolThatWorksBelowAMap) {
+  const DepthOfCut cut = below(0.4, mm(3.05));
+  const Written written = from_sieb_meyer({take(1, 1), drill_at(1, 2, cut)});
+  EXPECT_THAT(written.text, testing::EndsWith("$\nT1D1.Z\nT2D2.5\n$\n"));
+  EXPECT_THAT(written.losses, IsEmpty());
+  for (const DepthOfCut& own : {z(1), DepthOfCut()}) {
+    const Written both = from_sieb_meyer({take(1, 1), drill_at(1, 0, own), drill_at(1, 2, cut)});
+    EXPECT_THAT(both.losses, ElementsAre(Reports("p:12: warning[translation-loss]", "tool 1")));
+  }
+  const Written behind = from_sieb_meyer({take(1, 1), drill_at(1, 2, cut), drill_at(1, 0, z(1))});
+  EXPECT_THAT(behind.losses, ElementsAre(Reports("p:12: warning[translation-loss]", "tool 1")));
+  ToolChange stated = take(1, 1);
+  stated.tool.zeroed = "Z";
+  const Written zero = from_sieb_meyer({stated, drill_at(1, 0, z(1)), drill_at(1, 2, cut)});
+  EXPECT_THAT(zero.text, testing::EndsWith("$\nT1D1.Z\nT2D2.5\n$\n"));
+  EXPECT_THAT(zero.losses, IsEmpty());
+}
+
 /// "If no Z-value is programmed, the manually entered Z-value is used as working plane": until one
 /// is.
 TEST(SiebMeyerWriter, GoesBackToThePlaneThatWasSetByHand) {
@@ -324,6 +359,23 @@ TEST(SiebMeyerWriter, WritesStops) {
                      Stop{.kind = StopKind::EndRewind}});
   EXPECT_EQ(written.body, "M20\nM47,INSPECTION STOP\nM20\n");
   EXPECT_THAT(written.losses, ElementsAre(Reports("p:13: warning[translation-loss]")));
+}
+
+/// Lines of a subprogram count from its own begin.
+TEST(SiebMeyerWriter, AnOutputOfASubprogramHoldsForItsOwnLine) {
+  const Function output{.kind = FunctionKind::MachineFunction,
+                        .text = "M21",
+                        .tool = 0,
+                        .next_tool = std::nullopt,
+                        .is_at_place = true};
+  StringSink bytes;
+  SiebMeyerWriter writer(bytes, {});
+  writer.begin(info_of(Dialect::SiebMeyer));
+  writer.put({4, {}, output, "sub", nullptr});
+  writer.put({4, {}, drill(1, 3, 3), "sub", nullptr});
+  writer.put({4, {}, drill(1, 9, 9), {}, nullptr});
+  ASSERT_TRUE(writer.finish());
+  EXPECT_THAT(bytes.text(), HasSubstr("X3.Y3.M21\nX9.Y9.\n"));
 }
 
 TEST(SiebMeyerWriter, SaysThatTheSourceHasNoEnd) {
