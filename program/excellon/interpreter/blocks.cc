@@ -62,6 +62,7 @@ void Interpreter::warn_format(const Block& block, const Word& word) {
 
 bool Interpreter::read_word(const Block& block, const Word& word, MotionWords& out) {
   if (word.letter == 'F') {
+    has_dimension_ = true;
     return read_rate(block, word, format_, modal_.motion != Motion::Drill, reporter_, out.feed);
   }
   std::optional<double>& value_mm = word.letter == 'X'   ? out.xy_mm[0]
@@ -81,6 +82,7 @@ bool Interpreter::read_word(const Block& block, const Word& word, MotionWords& o
     return false;
   }
   value_mm = parsed.value.in_mm();
+  has_dimension_ = true;
   const auto point = word.number.find('.');
   const auto n_digits = static_cast<int>(word.number.size()) - (has_sign(word) ? 1 : 0);
   const int n_most = format_.integer_digits + format_.decimal_digits;
@@ -261,6 +263,7 @@ void Interpreter::keep_target(const TargetPlace& target) {
 void Interpreter::select_vision_tool(const Block& block) {
   if (!is_alone(block)) return;
   vision_.select_tool(block, format_);
+  has_dimension_ |= block.arguments.find(',') != block.arguments.npos;  // the views' distance
   if (!keeps_structure()) return;
   if (const auto number = parse_count(block.arguments)) {
     emitter_.put(block.line, VisionTool{*number});

@@ -146,6 +146,7 @@ void Interpreter::text_offset(const SourceLine& line) {
   const auto done = read_text_offset(value, format_, offset_mm);
   if (done) {
     modal_.text_offset = displacement_mm<frame::Programmed>(offset_mm);
+    has_dimension_ = true;
     return;
   }
   reporter_.report(Code::ArgumentInvalid,

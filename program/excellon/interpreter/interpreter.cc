@@ -12,6 +12,11 @@ bool takes_arguments(std::optional<Command> command) {
   return command && info(*command).operands.find(',') != std::string_view::npos;
 }
 
+/// Keyboard orders with lengths: `$uvis,searcharea,2`, `$uvis,focus,x1y2`.
+bool has_vision_length(std::string_view order) {
+  return order.find(",searcharea") != order.npos || order.find(",focus") != order.npos;
+}
+
 Placement excellon_placement(int version) {
   return {axis_orientation(version), Eigen::Vector2d::Zero()};
 }
@@ -45,6 +50,7 @@ Interpreter::Interpreter(const Program& program,
       axes_(excellon_placement(program.axis_version())),
       frame_(axes_),
       body_rules_(header_.body_rules),
+      has_dimension_(header_.has_dimension),
       states_zeros_(header_.states_zeros) {
   modal_.incremental = header_.incremental;
   modal_.text_offset = header_.text_offset;
@@ -114,6 +120,7 @@ void Interpreter::run_line(const SourceLine& line) {
       run_section(line.number);
       break;
     case LineKind::KeyboardOrder:
+      has_dimension_ |= has_vision_length(line.text);
       vision_.keyboard_order(line,
                              format_,
                              {.line = line.number,

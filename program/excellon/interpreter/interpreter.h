@@ -162,6 +162,8 @@ class Interpreter {
   void rate(const Block& block);
   void set_zero(const Block& block);
   void set_unit(const Block& block, LengthUnit unit);
+  bool is_late_unit(LengthUnit unit) const;
+  void pass_on_setting(const Block& block);
   void header_word(const SourceLine& line);
 
   // events.cc
@@ -258,6 +260,7 @@ class Interpreter {
   std::map<int, Tool> body_tools_;     ///< their data in the body, as far as it rules
   std::set<int> undefined_tools_;
   bool body_rules_;          ///< OM48
+  bool has_dimension_;       ///< a number that the unit measures was read, in the header too
   bool body_rates_ = false;  ///< G07
   bool is_plunged_ = false;
   bool in_pattern_ = false;

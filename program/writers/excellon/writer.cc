@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "program/model/placement.h"
+#include "program/model/setting_lengths.h"
 #include "program/writers/rounded_arc.h"
 #include <fmt/format.h>
 
@@ -28,14 +29,6 @@ bool is_written_anyway(std::string_view text) {
   constexpr std::array<std::string_view, 11> kOwn = {
       "FMAT", "METRIC", "INCH", "M71", "M72", "G05", "G90", "G91", "ICI", "OM48", "BLKD"};
   return std::ranges::find(kOwn, text.substr(0, text.find_first_of(", \t"))) != kOwn.end();
-}
-
-/// Lower and upper limits, distances and peck parameters; switches and counts have no digits.
-bool has_bare_number(std::string_view text) {
-  constexpr std::array<std::string_view, 4> kLengths = {"DN", "UP", "DTMDIST", "PCKPARAM"};
-  return std::ranges::find(kLengths, text.substr(0, text.find(','))) != kLengths.end() &&
-         text.find_first_of("0123456789") != std::string_view::npos &&
-         text.find('.') == std::string_view::npos;
 }
 
 /// A decimal point in every length: it overrides whatever zeros the reader assumes.
@@ -460,7 +453,7 @@ void ExcellonWriter::write(const Setting& setting) {
     return;
   }
   if (is_written_anyway(setting.text)) return;
-  if (!has_usual_digits_ && has_bare_number(setting.text)) {
+  if (!has_usual_digits_ && has_bare_length(setting.text)) {
     fail({Code::NotSupported,
           place(),
           quoted(setting.text) + " has numbers in digits that only a comment of the source states",
