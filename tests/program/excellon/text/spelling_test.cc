@@ -51,6 +51,8 @@ TEST(Spelling, TextsForPeopleAndFilesStay) {
   expect_as_it_is("M97,abc\nM98,d;e\nM99,logo.exc\n");
   expect_as_it_is("M45,first line\\\nsecond; (line)\\\nNext 10\nX1.\n");
   expect_as_it_is("; a comment (all of it)\n  ;x1\n$uvis,search,on\n");
+  expect_as_it_is(" /M45,Look at \\\nn1 the (left) board\n");
+  EXPECT_EQ(respelled("/M45,one\\\ntwo\nx1.\n").text, "/M45,one\\\ntwo\nX1.\n");
   EXPECT_EQ(respelled("m99,logo\n").text, "M99,logo\n");
   EXPECT_EQ(respelled("m45,one\\\ntwo\\\nthree\nx1.\n").text, "M45,one\\\ntwo\\\nthree\nX1.\n");
 }
@@ -61,9 +63,20 @@ TEST(Spelling, CommentsBecomeBlanks) {
   EXPECT_THAT(out.diagnostics, ElementsAre("p.exc:1:8: warning[notation-accepted]"));
 }
 
-TEST(Spelling, ACommentThatMayStateTheFormatStays) {
-  EXPECT_EQ(respelled("METRIC ;file_format=4:4\n").text, "METRIC ;FILE_FORMAT=4:4\n");
-  expect_as_it_is("INCH ;FORMAT={2:4}\n");
+TEST(Spelling, ACommentThatStatesTheFormatIsRefused) {
+  const Respelled out = respelled("METRIC ;file_format=4:4\nINCH (FORMAT={-:-/ inch})\n");
+  EXPECT_EQ(out.text, "METRIC                 \nINCH                     \n");
+  EXPECT_THAT(
+      out.diagnostics,
+      ElementsAre("p.exc:1:8: error[argument-invalid]", "p.exc:2:6: error[argument-invalid]"));
+}
+
+TEST(Spelling, ACommentThatOnlyHasTheWordFormatIsAComment) {
+  for (const char* comment : {"(PLATING INFORMATION)", ";FORMAT 3.3", ";FILE_FORMAT=none"}) {
+    EXPECT_THAT(respelled(std::string("X1. ") + comment + "\n").diagnostics,
+                ElementsAre("p.exc:1:5: warning[notation-accepted]"))
+        << comment;
+  }
 }
 
 TEST(Spelling, ABracketThatIsNotClosedStays) {
@@ -126,6 +139,7 @@ TEST(Foreign, APercentThatGoesOnOpensAnotherLanguage) {
   EXPECT_EQ(foreign("%5000\nX1.Y1.T1\n$\n"), "1: %5000");
   EXPECT_EQ(foreign("DEMO\n  %FSLAX24Y24*%\nX1.\n"), "2: %FSLAX24Y24*%");
   EXPECT_EQ(foreign("M48\n%5000\n"), "a program");
+  EXPECT_EQ(foreign("%PROG12\n; left\nm48\nMETRIC,TZ\n"), "a program");
 }
 
 TEST(Foreign, OneBlockIsEnough) {
