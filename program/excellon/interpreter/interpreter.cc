@@ -98,6 +98,12 @@ void Interpreter::pass_on_header() {
   if (header_.stops_at_end) emitter_.put(header_.end_line, Stop{.kind = StopKind::HeaderEnd});
 }
 
+/// As the source has it, not as it was respelled: places are the same in both.
+std::string_view Interpreter::as_written(std::string_view part) const {
+  const auto offset = static_cast<std::size_t>(part.data() - text_.data());
+  return std::string_view(program_.source.bytes).substr(offset, part.size());
+}
+
 /// Says once if anything but line ends and a rewind mark follows the end of the program.
 void Interpreter::check_rest() {
   if (vision_.must_stop()) return;
@@ -105,8 +111,11 @@ void Interpreter::check_rest() {
     const SourceLine line = cursor_.next();
     const LineKind kind = kind_of(line.text);
     if (kind == LineKind::Empty || kind == LineKind::PatternMark) continue;
-    return reporter_.report(
-        Code::TextAfterEnd, line.number, 1, quoted(line.text), "nothing behind the end");
+    return reporter_.report(Code::TextAfterEnd,
+                            line.number,
+                            1,
+                            quoted(as_written(line.text)),
+                            "nothing behind the end");
   }
 }
 

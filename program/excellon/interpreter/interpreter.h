@@ -127,6 +127,7 @@ class Interpreter {
   void run_command(const Block& block, Command command);
   void run_without_operands(const Block& block, Command command);
   void check_rest();
+  std::string_view as_written(std::string_view part) const;
   bool has_ended() const { return ended_ || emitter_.is_over_limit(); }
 
   // sections.cc
@@ -219,6 +220,7 @@ class Interpreter {
                   std::span<const Word> words,
                   std::string_view letters,
                   MotionWords& out);
+  void warn_padded(const Block& block, const Word& word);
   bool read_word(const Block& block, const Word& word, MotionWords& out);
   bool move_to(const Block& block,
                const std::array<std::optional<double>, 2>& xy_mm,

@@ -39,6 +39,9 @@ void Interpreter::select_tool(const Block& block) {
       read_tool_block(block, {format_, &header_.tools, program_.reading.diameter_page}, reporter_);
   if (!read) return;
   has_dimension_ |= has_dimension(read->tool);
+  for (const char length : {'C', 'Z'}) {
+    if (const Word* const word = block.find(length)) warn_padded(block, *word);
+  }
   const auto index = [this] { return compensation_index_.value_or(tool_ ? tool_->number : 0); };
   const int index_before = index();
   tool_ = known_tool(block, *read);

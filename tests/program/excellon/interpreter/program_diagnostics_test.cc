@@ -134,6 +134,27 @@ TEST(ProgramDiagnostics, CommentsThatStateOtherDigits) {
   EXPECT_EQ(diagnostics_of(";FILE_FORMAT=3:3\n;FORMAT={-:-}\nX1.Y1.\nM30\n"), Texts{});
 }
 
+/// Small letters and comments, which are read as capitals and blanks.
+TEST(ProgramDiagnostics, QuoteTheLastLinesAsTheyAreWritten) {
+  const auto texts = [](const std::string& body) {
+    return run_program(metric("T1\n" + body)).texts;
+  };
+  EXPECT_THAT(texts("X1.Y1.\nM30 (end"),
+              testing::Contains(testing::HasSubstr("\"M30 (end\" has no line end")));
+  EXPECT_THAT(texts("X2.Y2.;m30"),
+              testing::Contains(testing::HasSubstr("\"X2.Y2.;m30\" has no line end")));
+  EXPECT_THAT(texts("X2.Y2.\nm30\nx3.y3.\n"), testing::Contains(testing::HasSubstr("\"x3.y3.\"")));
+}
+
+TEST(ProgramDiagnostics, ZerosBeyondTheDigitsOfADiameter) {
+  const auto run = run_program(
+      "M48\nMETRIC,TZ,000.000\nT1C.8\n%\nT2C00001000\nX0001000Y1000\nT3C00001000\nM30\n");
+  EXPECT_THAT(run.diagnostics, testing::Contains("p.exc:5:3: warning[notation-accepted]"));
+  EXPECT_THAT(run.diagnostics,
+              testing::Contains(testing::HasSubstr("[notation-accepted]")).Times(1));
+  EXPECT_EQ(run.executed.tools().front().diameter, mm(1));
+}
+
 TEST(ProgramDiagnostics, UnknownCommands) {
   expect_each({
       {"G06\n", "8:1: error[command-unknown]"},
