@@ -46,6 +46,22 @@ TEST(Spelling, SmallLettersBecomeCapitals) {
               ElementsAre("p.exc:2:6: warning[notation-accepted]"));
 }
 
+/// Blocks of 128 characters are looked at together; what tells may stand anywhere in one.
+TEST(Spelling, FindsWhatIsToBeChangedAnywhereInALongText) {
+  for (std::size_t n_lines = 0; n_lines < 70; ++n_lines) {
+    std::string head;
+    for (std::size_t i = 0; i < n_lines; ++i) head += "X123.5\n";
+    const std::string tail(500, '\n');
+    EXPECT_EQ(respelled(head + "x1.\n" + tail).text, head + "X1.\n" + tail);
+    EXPECT_EQ(respelled(head + "X1.;A\n" + tail).text, head + "X1.  \n" + tail);
+    EXPECT_EQ(respelled(head + "X1.(A)\n" + tail).text, head + "X1.   \n" + tail);
+    EXPECT_EQ(respelled(head + "N1X1.\n" + tail).text, head + "  X1.\n" + tail);
+    DiagnosticLog log;
+    EXPECT_TRUE(respell(head + "M99,LOGO\n" + tail, Reporter("p.exc", log)).calls_patterns);
+    EXPECT_FALSE(respell(head + ")OL?\n" + tail, Reporter("p.exc", log)).calls_patterns);
+  }
+}
+
 TEST(Spelling, TextsForPeopleAndFilesStay) {
   expect_as_it_is("M48\nM47,Load (2) panels; go\n");
   expect_as_it_is("M97,abc\nM98,d;e\nM99,logo.exc\n");
