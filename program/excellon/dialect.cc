@@ -10,6 +10,7 @@
 #include "program/excellon/patterns/stored_patterns.h"
 #include "program/excellon/text/header.h"
 #include "program/excellon/text/spelling.h"
+#include "program/text/decimal_points.h"
 
 namespace panelcal::excellon {
 namespace {
@@ -45,6 +46,9 @@ class ExcellonDialect final : public ProgramDialect {
     }
   }
   bool has_reference_scaling() const override { return true; }
+  bool has_decimal_coordinates(const Program& program) const override {
+    return panelcal::has_decimal_coordinates(text_of(program));
+  }
   std::optional<std::size_t> walk(const Program& program,
                                   const WalkOptions& options,
                                   Survey& survey,

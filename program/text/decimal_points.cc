@@ -27,7 +27,10 @@ bool is_in_comment(std::string_view program, std::size_t at) {
 bool has_decimal_coordinates(std::string_view program) {
   for (auto at = program.find('.'); at != std::string_view::npos; at = program.find('.', at + 1)) {
     const char letter = letter_before(program, at);
-    if ((letter == 'X' || letter == 'Y') && !is_in_comment(program, at)) return true;
+    if (letter != 'X' && letter != 'Y') continue;
+    if (!is_in_comment(program, at)) return true;
+    at = program.find_first_of("\r\n", at);  // each line is walked back once
+    if (at == std::string_view::npos) break;
   }
   return false;
 }

@@ -30,6 +30,11 @@ std::string NumberFormat::summary() const {
   return text;
 }
 
+void NumberFormat::take_usual_digits() {
+  integer_digits = unit == LengthUnit::Inch ? 2 : 3;
+  decimal_digits = unit == LengthUnit::Inch ? 4 : 3;
+}
+
 ParsedLength parse_length(std::string_view text, const NumberFormat& format) {
   const char* at = text.data();
   const char* const end = at + text.size();

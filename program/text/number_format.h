@@ -29,6 +29,8 @@ struct NumberFormat {
   int integer_digits = 2;
   int decimal_digits = 4;
 
+  /// Those of the unit: two and four in inch, three and three in metric.
+  void take_usual_digits();
   Length one_unit() const { return unit == LengthUnit::Inch ? inch(1) : mm(1); }
   /// "inch 2.4, leading zeros kept".
   std::string summary() const;

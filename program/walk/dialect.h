@@ -45,6 +45,10 @@ class ProgramDialect {
   virtual void read(Program& program, DiagnosticLog& log) const = 0;
   /// True if its programs switch [reference_scaling] on and off (M60).
   virtual bool has_reference_scaling() const { return false; }
+  /// True if a coordinate of a program that read() has read has a decimal point: then its digits
+  /// are not those that its head declares. Languages whose numbers have one form only need not
+  /// look.
+  virtual bool has_decimal_coordinates(const Program& /*program*/) const { return false; }
   /// One walk over a program that read() has read.
   ///
   /// Out    the byte behind which the program asks for nothing more; absent: not known

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "program/text/decimal_points.h"
 #include "program/walk/dialect.h"
 #include "program/walk/trial_execution.h"
 
@@ -96,7 +95,8 @@ void begin(const Program& program, const WalkOptions& options, OperationSink& si
 }  // namespace
 
 ProgramInfo program_info(const Program& program, const WalkOptions& options) {
-  const bool has_scaling = dialect_of(program).has_reference_scaling();
+  const ProgramDialect& dialect = dialect_of(program);
+  const bool has_scaling = dialect.has_reference_scaling();
   return {.file = program.source.file,
           .dialect = program.dialect,
           .format = program.head->number_format(),
@@ -104,7 +104,7 @@ ProgramInfo program_info(const Program& program, const WalkOptions& options) {
           .is_scaled = has_scaling && options.scaling.has_value(),
           .body_rules = program.head->body_rules,
           .axis_version = program.axis_version(),
-          .has_decimal_coordinates = has_decimal_coordinates(program.source.bytes)};
+          .has_decimal_coordinates = dialect.has_decimal_coordinates(program)};
 }
 
 CheckedWalk check(const Program& program,

@@ -32,10 +32,11 @@ std::string reading(const Program& program) {
                        sieb_meyer::layout_of(program).head_line);
   }
   const excellon::Header& header = excellon::header_of(program);
-  return fmt::format("Excellon{}, {} ({})",
-                     header.set == excellon::ProgramSet::FormatOne ? " Format One" : "",
-                     program.number_summary(),
-                     header.states_format ? header.format_evidence : "not stated, assumed");
+  return fmt::format(
+      "Excellon{}, {} ({})",
+      header.set == excellon::ProgramSet::FormatOne ? " Format One" : "",
+      program.number_summary(),
+      header.states_format || header.body_format ? header.format_evidence : "not stated, assumed");
 }
 
 /// What passes by on the way over a perfect panel.

@@ -60,8 +60,24 @@ void Interpreter::warn_format(const Block& block, const Word& word) {
                    "INCH or METRIC with LZ or TZ in the header");
 }
 
+/// Says once that a number has more digits than the format, zeros on its left.
+void Interpreter::warn_padded(const Block& block, const Word& word) {
+  const auto n_digits = static_cast<int>(word.number.size()) - (has_sign(word) ? 1 : 0);
+  const int n_most = format_.integer_digits + format_.decimal_digits;
+  if (n_digits <= n_most || word.number.find('.') != std::string_view::npos ||
+      std::exchange(warned_padded_, true)) {
+    return;
+  }
+  reporter_.report(Code::NotationAccepted,
+                   block.line,
+                   word.column,
+                   quoted(word.text()) + " has zeros beyond " + format_.summary(),
+                   fmt::format("at most {} digits", n_most));
+}
+
 bool Interpreter::read_word(const Block& block, const Word& word, MotionWords& out) {
   if (word.letter == 'F') {
+    has_dimension_ = true;
     return read_rate(block, word, format_, modal_.motion != Motion::Drill, reporter_, out.feed);
   }
   std::optional<double>& value_mm = word.letter == 'X'   ? out.xy_mm[0]
@@ -81,17 +97,9 @@ bool Interpreter::read_word(const Block& block, const Word& word, MotionWords& o
     return false;
   }
   value_mm = parsed.value.in_mm();
+  has_dimension_ = true;
+  warn_padded(block, word);
   const auto point = word.number.find('.');
-  const auto n_digits = static_cast<int>(word.number.size()) - (has_sign(word) ? 1 : 0);
-  const int n_most = format_.integer_digits + format_.decimal_digits;
-  if (point == std::string_view::npos && n_digits > n_most &&
-      !std::exchange(warned_padded_, true)) {
-    reporter_.report(Code::NotationAccepted,
-                     block.line,
-                     word.column,
-                     quoted(word.text()) + " has zeros beyond " + format_.summary(),
-                     fmt::format("at most {} digits", n_most));
-  }
   const double step_mm =
       point == std::string_view::npos
           ? rounding_mm()
@@ -261,6 +269,7 @@ void Interpreter::keep_target(const TargetPlace& target) {
 void Interpreter::select_vision_tool(const Block& block) {
   if (!is_alone(block)) return;
   vision_.select_tool(block, format_);
+  has_dimension_ |= block.arguments.find(',') != block.arguments.npos;  // the views' distance
   if (!keeps_structure()) return;
   if (const auto number = parse_count(block.arguments)) {
     emitter_.put(block.line, VisionTool{*number});

@@ -40,7 +40,7 @@ void Interpreter::end_program(const Block& block, std::span<const Word> words, S
   ended_ = true;
   has_end_ = true;
   if (!is_whole_end(block, words)) {
-    reporter_.report_end_missing(text_, end_codes() + " and a line end");
+    reporter_.report_end_missing(program_.source.bytes, end_codes() + " and a line end");
   }
   if (refuse_while_plunged(block)) return;
   vision_.end_program(block.line);
@@ -72,13 +72,18 @@ void Interpreter::end_without_mark() {
   }
   vision_.end_program(line);
   if (vision_.must_stop()) return;
-  const bool is_complete =
-      ends_in_line_end(text_) && text_.find_first_not_of(" \t\r\n") != text_.npos;
+  const bool is_empty = text_.find_first_not_of(" \t\r\n") == text_.npos;
+  const bool is_complete = ends_in_line_end(text_) && !is_empty;
+  // As the source has it, unless that is nothing but NUL characters.
+  const std::string_view written = is_empty ? text_ : std::string_view(program_.source.bytes);
   if (!program_.reading.accepts_unterminated || !is_complete) {
-    return reporter_.report_end_missing(text_, end_codes());
+    return reporter_.report_end_missing(written, end_codes());
   }
-  reporter_.report(
-      Code::EndAccepted, line, 0, quoted(last_line(text_).text) + " is the last line", end_codes());
+  reporter_.report(Code::EndAccepted,
+                   line,
+                   0,
+                   quoted(last_line(written).text) + " is the last line",
+                   end_codes());
   emitter_.put(line - 1, Stop{.kind = StopKind::EndAccepted});
 }
 
@@ -146,6 +151,7 @@ void Interpreter::text_offset(const SourceLine& line) {
   const auto done = read_text_offset(value, format_, offset_mm);
   if (done) {
     modal_.text_offset = displacement_mm<frame::Programmed>(offset_mm);
+    has_dimension_ = true;
     return;
   }
   reporter_.report(Code::ArgumentInvalid,

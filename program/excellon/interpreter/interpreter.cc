@@ -12,6 +12,11 @@ bool takes_arguments(std::optional<Command> command) {
   return command && info(*command).operands.find(',') != std::string_view::npos;
 }
 
+/// Keyboard orders with lengths: `$uvis,searcharea,2`, `$uvis,focus,x1y2`.
+bool has_vision_length(std::string_view order) {
+  return order.find(",searcharea") != order.npos || order.find(",focus") != order.npos;
+}
+
 Placement excellon_placement(int version) {
   return {axis_orientation(version), Eigen::Vector2d::Zero()};
 }
@@ -45,6 +50,7 @@ Interpreter::Interpreter(const Program& program,
       axes_(excellon_placement(program.axis_version())),
       frame_(axes_),
       body_rules_(header_.body_rules),
+      has_dimension_(header_.has_dimension),
       states_zeros_(header_.states_zeros) {
   modal_.incremental = header_.incremental;
   modal_.text_offset = header_.text_offset;
@@ -92,6 +98,12 @@ void Interpreter::pass_on_header() {
   if (header_.stops_at_end) emitter_.put(header_.end_line, Stop{.kind = StopKind::HeaderEnd});
 }
 
+/// As the source has it, not as it was respelled: places are the same in both.
+std::string_view Interpreter::as_written(std::string_view part) const {
+  const auto offset = static_cast<std::size_t>(part.data() - text_.data());
+  return std::string_view(program_.source.bytes).substr(offset, part.size());
+}
+
 /// Says once if anything but line ends and a rewind mark follows the end of the program.
 void Interpreter::check_rest() {
   if (vision_.must_stop()) return;
@@ -99,8 +111,11 @@ void Interpreter::check_rest() {
     const SourceLine line = cursor_.next();
     const LineKind kind = kind_of(line.text);
     if (kind == LineKind::Empty || kind == LineKind::PatternMark) continue;
-    return reporter_.report(
-        Code::TextAfterEnd, line.number, 1, quoted(line.text), "nothing behind the end");
+    return reporter_.report(Code::TextAfterEnd,
+                            line.number,
+                            1,
+                            quoted(as_written(line.text)),
+                            "nothing behind the end");
   }
 }
 
@@ -114,6 +129,7 @@ void Interpreter::run_line(const SourceLine& line) {
       run_section(line.number);
       break;
     case LineKind::KeyboardOrder:
+      has_dimension_ |= has_vision_length(line.text);
       vision_.keyboard_order(line,
                              format_,
                              {.line = line.number,

@@ -127,6 +127,7 @@ class Interpreter {
   void run_command(const Block& block, Command command);
   void run_without_operands(const Block& block, Command command);
   void check_rest();
+  std::string_view as_written(std::string_view part) const;
   bool has_ended() const { return ended_ || emitter_.is_over_limit(); }
 
   // sections.cc
@@ -164,6 +165,8 @@ class Interpreter {
   void rate(const Block& block);
   void set_zero(const Block& block);
   void set_unit(const Block& block, LengthUnit unit);
+  bool is_late_unit(LengthUnit unit) const;
+  void pass_on_setting(const Block& block);
   void header_word(const SourceLine& line);
 
   // events.cc
@@ -221,6 +224,7 @@ class Interpreter {
                   std::span<const Word> words,
                   std::string_view letters,
                   MotionWords& out);
+  void warn_padded(const Block& block, const Word& word);
   bool read_word(const Block& block, const Word& word, MotionWords& out);
   bool move_to(const Block& block,
                const std::array<std::optional<double>, 2>& xy_mm,
@@ -267,6 +271,7 @@ class Interpreter {
   std::map<int, Tool> body_tools_;     ///< their data in the body, as far as it rules
   std::set<int> undefined_tools_;
   bool body_rules_;          ///< OM48
+  bool has_dimension_;       ///< a number that the unit measures was read, in the header too
   bool body_rates_ = false;  ///< G07
   bool is_plunged_ = false;
   bool in_pattern_ = false;

@@ -33,6 +33,7 @@ void Interpreter::run_section(int line) {
   }
   const std::size_t depth = place_.path.size();
   in_pattern_ = true;
+  has_dimension_ = true;  // of M02X#Y#
   place_.path.resize(depth + section->levels.size(), 0);
   const Modal start = modal_;
   if (!run_kept(*section, start)) run_level(*section, start, section->levels.size(), frame_);

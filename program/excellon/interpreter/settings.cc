@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "program/excellon/interpreter/interpreter.h"
+#include "program/model/setting_lengths.h"
 
 namespace panelcal::excellon {
 namespace {
@@ -37,6 +38,10 @@ void Interpreter::select_tool(const Block& block) {
   const auto read =
       read_tool_block(block, {format_, &header_.tools, program_.reading.diameter_page}, reporter_);
   if (!read) return;
+  has_dimension_ |= has_dimension(read->tool);
+  for (const char length : {'C', 'Z'}) {
+    if (const Word* const word = block.find(length)) warn_padded(block, *word);
+  }
   const auto index = [this] { return compensation_index_.value_or(tool_ ? tool_->number : 0); };
   const int index_before = index();
   tool_ = known_tool(block, *read);
@@ -86,6 +91,7 @@ void Interpreter::rate(const Block& block) {
   const bool is_table = word.letter == 'F' && modal_.motion != Motion::Drill;
   std::optional<Feed> read;
   if (!read_rate(block, word, format_, is_table, reporter_, read)) return;
+  has_dimension_ = true;
   if (is_table) {
     set_table_feed(block, read);
     return;
@@ -138,8 +144,16 @@ void Interpreter::set_zero(const Block& block) {
   emitter_.put(block.line, ZeroSet{zero_set, place_.work_zero});
 }
 
+/// Numbers that came before the first statement of a unit were read in the manual's default.
+/// Source CNC-7 manual, Part Program Headers: "must be specified before any commands with
+/// dimensions"
+bool Interpreter::is_late_unit(LengthUnit unit) const {
+  return !states_unit_ && has_dimension_ && unit != format_.unit;
+}
+
 /// M71, M72: only before anything moved, since they change what numbers mean.
 void Interpreter::set_unit(const Block& block, LengthUnit unit) {
+  const bool is_late = is_late_unit(unit);
   states_unit_ = true;
   if (unit == format_.unit) return;
   if (has_motion_ || in_pattern_) {
@@ -148,20 +162,17 @@ void Interpreter::set_unit(const Block& block, LengthUnit unit) {
                   block.words[0],
                   "the unit before the first coordinate and outside step and repeat");
   }
-  const auto has_length = [](const auto& numbered) {
-    return numbered.second.diameter || numbered.second.depth_offset;
-  };
-  if (!header_.states_format && std::ranges::any_of(header_.tools, has_length)) {
-    report(Code::FormatAssumed,
-           block,
-           block.words[0],
-           "the unit in the header, whose diameters are read as " + format_.summary());
+  if (is_late) {
+    reporter_.report(Code::ArgumentInvalid,
+                     block.line,
+                     block.column,
+                     quoted(block.text) + " comes behind numbers whose unit it states",
+                     "INCH or METRIC before all dimensions");
   }
   format_.unit = unit;
   if (!header_.states_digits) {
     format_.states_digits = false;
-    format_.integer_digits = unit == LengthUnit::Inch ? 2 : 3;
-    format_.decimal_digits = unit == LengthUnit::Inch ? 4 : 3;
+    format_.take_usual_digits();
   }
   plain_ = PlainReader(format_);
 }
@@ -175,53 +186,78 @@ void Interpreter::header_word(const SourceLine& line) {
   block.column = line.column;
   block.text = line.text;
   const auto [word, value] = split_header_command(block.text);
-  const auto refuse = [&](Code code, std::string what, std::string expected) {
+  const auto report = [&](Code code, std::string what, std::string expected) {
     reporter_.report(code, block.line, block.column, std::move(what), std::move(expected));
   };
   if (refuse_pending(block.line, block.text)) return;
   const bool states_unit = word == "INCH" || word == "METRIC";
-  const auto known = header_.options.find(word);
-  const Restated added =
-      known == header_.options.end() ? Restated::More : restated(word, known->second, value);
-  if (added != Restated::More) {
-    // Behind another G90 or G91 it would switch back, or change nothing.
-    if (added == Restated::Nothing && (word != "ICI" || modal_.incremental == header_.incremental))
-      return;
-    return refuse(Code::ArgumentInvalid,
-                  quoted(block.text) + " behind " + quoted(known->first + "," + known->second),
-                  "one option, in the header");
-  }
   const LengthUnit unit = word == "INCH" ? LengthUnit::Inch : LengthUnit::Millimeter;
-  const Zeros zeros = value == "TZ" ? Zeros::TrailingKept : Zeros::LeadingKept;
-  if (states_unit && ((states_unit_ && unit != format_.unit) ||
-                      (states_zeros_ && !value.empty() && zeros != format_.zeros))) {
-    return refuse(Code::ArgumentInvalid,
+  if (const auto known = header_.options.find(word); known != header_.options.end()) {
+    const HeaderCommand first{known->first, known->second};
+    const OptionAgain again = compare_options(first, {word, value}, format_, states_zeros_);
+    if (again == OptionAgain::Contradicts) {
+      return report(Code::ArgumentInvalid,
+                    quoted(block.text) + " behind " + quoted(first.text()),
+                    "one option, in the header");
+    }
+    const bool is_same = again == OptionAgain::Same && (!states_unit || unit == format_.unit);
+    if (is_same && word == "ICI" && modal_.incremental != header_.incremental) {
+      return report(Code::ArgumentInvalid,
+                    quoted(block.text) + " behind " + (modal_.incremental ? "G91" : "G90"),
+                    "G90 and G91 alone, or ICI in the header alone");
+    }
+    if (is_same) return;
+  }
+  const std::optional<FormatWords> words = read_format_words(value);
+  const Zeros zeros = words && words->zeros ? *words->zeros : format_.zeros;
+  if (states_unit &&
+      ((states_unit_ && unit != format_.unit) || (states_zeros_ && zeros != format_.zeros))) {
+    return report(Code::ArgumentInvalid,
                   quoted(block.text) + " contradicts " + format_.summary(),
                   "one number format for the whole program");
   }
-  const bool says_zeros = value == "LZ" || value == "TZ";
-  if (states_unit && states_unit_ && (value.empty() || (says_zeros && states_zeros_))) return;
+  const bool says_nothing_new =
+      states_unit_ && words && !words->digits && (!words->zeros || states_zeros_);
+  if (states_unit && says_nothing_new) return;
   const bool is_known_value =
-      states_unit     ? value.empty() || says_zeros
-      : word == "ICI" ? value == "ON" || value == "OFF"
+      states_unit     ? words && !words->digits
+      : word == "ICI" ? value.empty() || value == "ON" || value == "OFF"
                       : kind_of_header_word(word) == HeaderWordKind::Passed && value != "T";
   if (!is_known_value || in_pattern_ || in_stored_pattern_ || is_plunged_ ||
       (states_unit && has_motion_)) {
-    return refuse(Code::CommandMisplaced, quoted(block.text), "it between M48 and %");
+    return report(Code::CommandMisplaced, quoted(block.text), "it between M48 and %");
   }
-  refuse(Code::HeaderWordInBody, quoted(block.text), "it between M48 and %");
+  if (!states_unit || !is_late_unit(unit)) {
+    report(Code::HeaderWordInBody, quoted(block.text), "it between M48 and %");
+  }
   if (word == "ICI") {
-    modal_.incremental = value == "ON";
+    modal_.incremental = value != "OFF";
     return;
   }
-  if (!states_unit) return emitter_.put(block.line, Setting{block.text});
+  if (!states_unit) return pass_on_setting(block);
   block.words[0] = {word.front(), block.column, word.substr(1)};
   block.n_words = 1;
   set_unit(block, unit);
-  if (value.empty()) return;
+  if (!words->zeros) return;
   format_.zeros = zeros;
   states_zeros_ = true;
   plain_ = PlainReader(format_);
+}
+
+/// Settings are passed on as written, and outputs state one unit for all of them.
+void Interpreter::pass_on_setting(const Block& block) {
+  const NumberFormat written = header_.number_format();
+  has_dimension_ |= has_length(block.text);
+  if ((has_length(block.text) && format_.unit != written.unit) ||
+      (has_bare_length(block.text) && format_.zeros != written.zeros)) {
+    return reporter_.report(
+        Code::NotSupported,
+        block.line,
+        block.column,
+        quoted(block.text) + " is not in the number format of the header, " + written.summary(),
+        "one unit, stated in the header");
+  }
+  emitter_.put(block.line, Setting{block.text});
 }
 
 }  // namespace panelcal::excellon

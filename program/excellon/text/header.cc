@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/excellon/text/header.h"
 
-#include <cmath>
 #include <optional>
 #include <utility>
 
+#include "program/excellon/text/body_unit.h"
 #include "program/excellon/text/lexer.h"
 #include "program/excellon/text/spelling.h"
 #include "program/excellon/text/tools.h"
+#include "program/model/setting_lengths.h"
 #include "program/text/gaps.h"
 #include "program/walk/program.h"
 #include "program/walk/reporter.h"
@@ -15,12 +16,6 @@
 
 namespace panelcal::excellon {
 namespace {
-
-std::string_view trim(std::string_view text) {
-  const auto begin = text.find_first_not_of(" \t");
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
-}
 
 /// With a decimal point, which any reader takes alike whatever its zeros and digits.
 std::string with_point(double value) {
@@ -46,6 +41,7 @@ class HeaderReader {
       if (ahead == HeaderAhead::Start) read_between_marks();
     }
     find_body();
+    if (!header_.states_format && !header_.has_dimension) look_for_unit();
     return std::move(header_);
   }
 
@@ -54,7 +50,7 @@ class HeaderReader {
   void read_up_to(HeaderAhead ahead) {
     while (true) {
       const SourceLine line = cursor_.next();
-      const std::string_view text = trim(line.text);
+      const std::string_view text = trimmed(line.text);
       if (text.empty() || text == "%") continue;
       if (text.front() == ';') {
         read_comment(line.number, text);
@@ -66,7 +62,7 @@ class HeaderReader {
       }
       const bool is_word = is_header_word(text);
       if (!is_word || !is_stated(line, text)) {
-        warn_outside(line, text);
+        if (!is_set_up(text)) warn_outside(line, text);
         read_line(line, text);
       }
       if (is_word && ahead == HeaderAhead::Word) return;
@@ -87,12 +83,14 @@ class HeaderReader {
     const HeaderCommand command = split_header_command(text);
     const auto known = header_.options.find(command.word);
     if (known == header_.options.end()) return false;
-    const Restated added = restated(command.word, known->second, command.value);
-    if (added != Restated::Other) return added == Restated::Nothing;
+    const HeaderCommand first{known->first, known->second};
+    const OptionAgain again = compare_options(first, command, header_.format, header_.states_zeros);
+    if (again == OptionAgain::More) return false;
+    if (again == OptionAgain::Same) return true;
     reporter_.report(Code::ArgumentInvalid,
                      line.number,
                      column_of(line, text),
-                     quoted(text) + " behind " + quoted(known->first + "," + known->second),
+                     quoted(text) + " behind " + quoted(first.text()),
                      "one option, in the header");
     return true;
   }
@@ -104,7 +102,7 @@ class HeaderReader {
   void read_between_marks() {
     while (!cursor_.at_end()) {
       const SourceLine line = cursor_.next();
-      const std::string_view text = trim(line.text);
+      const std::string_view text = trimmed(line.text);
       if (text == "%" || text == "M95") {
         header_.end_line = line.number;
         header_.stops_at_end = text == "%";
@@ -123,7 +121,7 @@ class HeaderReader {
     while (!has_read_ && !cursor_.at_end()) {
       if (may_rewind) header_.body = cursor_.place();
       const SourceLine line = cursor_.next();
-      const std::string_view text = trim(line.text);
+      const std::string_view text = trimmed(line.text);
       if (text.empty()) continue;
       if (text.front() == ';') {
         read_comment(line.number, text);
@@ -134,6 +132,17 @@ class HeaderReader {
     }
   }
 
+  /// Outputs state the unit in their header.
+  void look_for_unit() {
+    const auto stated = find_body_unit(LineCursor(cursor_.text(), header_.body), header_.set);
+    if (!stated) return;
+    header_.body_format = header_.format;
+    header_.body_format->unit = stated->unit;
+    if (!header_.states_digits) header_.body_format->take_usual_digits();
+    if (stated->zeros) header_.body_format->zeros = *stated->zeros;
+    header_.format_evidence = fmt::format("line {}: {}", stated->line, stated->text);
+  }
+
   void read_line(const SourceLine& line, std::string_view text) {
     if (text.empty()) return;
     const int column = column_of(line, text);
@@ -142,12 +151,8 @@ class HeaderReader {
       return read_tool(line);
     }
     if (text.front() == '/' && text.size() > 1) return read_slashed(line, column, text);
-    if (is_tool_link(text) || text == "/") {  // a lone / clears the links
-      return pass_on(line.number, text);
-    }
-    // A depth offset without a tool is the machine's mean.
-    if (text.size() > 1 && text[0] == 'Z' &&
-        std::string_view("+-.0123456789").find(text[1]) != std::string_view::npos) {
+    // A lone / clears the links; a depth offset without a tool is the machine's mean.
+    if (is_tool_link(text) || text == "/" || is_depth_offset(text)) {
       return pass_on(line.number, text);
     }
     if (text == "G90" || text == "G91") {
@@ -161,11 +166,8 @@ class HeaderReader {
     if (is_spaced && text.find(';') == std::string_view::npos && is_header_word(text)) {
       return read_spaced(line.number, column, text);
     }
-    const auto comma = text.find(',');
-    const std::string_view word = text.substr(0, comma);
-    const std::string_view value =
-        comma == std::string_view::npos ? std::string_view() : text.substr(comma + 1);
-    read_word(line.number, column, text, word, value);
+    const HeaderCommand command = split_header_command(text);
+    read_word(line.number, column, text, command.word, command.value);
   }
 
   /// `METRIC, TZ`.
@@ -191,7 +193,7 @@ class HeaderReader {
                        "BLKD,ON or BLKD,OFF before it");
     } else if (!*header_.block_delete) {
       const SourceLine rest = without_slash(line);
-      read_line(rest, trim(rest.text));
+      read_line(rest, trimmed(rest.text));
     }
   }
 
@@ -231,6 +233,7 @@ class HeaderReader {
       const auto done = read_text_offset(value, header_.format, offset_mm);
       if (!done) return bad(line, value_column, value, done.error());
       header_.text_offset = displacement_mm<frame::Programmed>(offset_mm);
+      header_.has_dimension = true;
       return;
     }
     if (word == "CP") return read_compensation(line, value_column, value);
@@ -272,7 +275,7 @@ class HeaderReader {
     }
     if (!is_point) return bad(line, column, value, "X#Y#");
     out = displacement_mm<frame::Programmed>(zero_mm);
-    has_dimension_ = true;
+    header_.has_dimension = true;
     if (&out != &header_.zero_correction) {  // the zero set is an operation of its own
       header_.zero_line = line;
       return;
@@ -293,7 +296,7 @@ class HeaderReader {
       return bad(line, column, value, "CP,index,diameter with an index from 1 to 99");
     }
     header_.compensation_values[*index] = diameter.value;
-    has_dimension_ = true;
+    header_.has_dimension = true;
     // With a decimal point, since outputs may have other digits.
     const double written = diameter.value / header_.format.one_unit();
     pass_on(line, fmt::format("CP,{},{}", *index, with_point(written)));
@@ -330,7 +333,7 @@ class HeaderReader {
                        quoted(word) + " contradicts the " + unit_word_ + " before it",
                        "one unit for the whole program");
     }
-    if (has_dimension_ && unit_word_ != word) {
+    if (header_.has_dimension && unit_word_ != word) {
       reporter_.report(Code::ArgumentInvalid,
                        line,
                        column,
@@ -339,7 +342,7 @@ class HeaderReader {
     }
     unit_word_ = word;
     format.unit = word == "INCH" ? LengthUnit::Inch : LengthUnit::Millimeter;
-    if (!digits_from_hint_ && !has_digit_mask_) default_digits();
+    if (!digits_from_hint_ && !has_digit_mask_) format.take_usual_digits();
     header_.states_format = true;
     header_.format_evidence = "line " + std::to_string(line) + ": " + std::string(word);
     int value_column = column + static_cast<int>(word.size()) + 1;
@@ -389,16 +392,18 @@ class HeaderReader {
     const bool is_inch = hint.find("inch") != std::string_view::npos;
     const bool is_metric = hint.find("metric") != std::string_view::npos;
     if (is_inch == is_metric || header_.states_format) return;
-    header_.format.unit = is_inch ? LengthUnit::Inch : LengthUnit::Millimeter;
-    if (!digits_from_hint_) default_digits();
+    const LengthUnit unit = is_inch ? LengthUnit::Inch : LengthUnit::Millimeter;
+    if (header_.has_dimension && unit != header_.format.unit) {
+      reporter_.report(Code::ArgumentInvalid,
+                       line,
+                       1,
+                       quoted(comment) + " comes behind numbers whose unit it states",
+                       "INCH or METRIC before all dimensions");
+    }
+    header_.format.unit = unit;
+    if (!digits_from_hint_) header_.format.take_usual_digits();
     header_.states_format = true;
     header_.format_evidence = "line " + std::to_string(line) + ": " + std::string(comment);
-  }
-
-  void default_digits() {
-    const bool is_inch = header_.format.unit == LengthUnit::Inch;
-    header_.format.integer_digits = is_inch ? 2 : 3;
-    header_.format.decimal_digits = is_inch ? 4 : 3;
   }
 
   void take_digits(int line, std::string_view comment) {
@@ -424,7 +429,7 @@ class HeaderReader {
     }
     const auto tool = read_tool_block(block, {header_.format, nullptr, diameter_page_}, reporter_);
     if (!tool) return;
-    has_dimension_ |= tool->tool.diameter.has_value() || tool->tool.depth_offset.has_value();
+    header_.has_dimension |= has_dimension(tool->tool);
     header_.tool_lines.emplace(tool->tool.number, line.number);
     Tool merged = tool->tool;
     Tool& known = header_.tools.try_emplace(merged.number, merged).first->second;
@@ -448,6 +453,7 @@ class HeaderReader {
 
   /// R,T resets the tool data that came so far.
   void pass_on(int line, std::string_view text) {
+    header_.has_dimension |= has_length(text);
     if (text == "R,T") {
       header_.tools.clear();
       header_.tool_lines.clear();
@@ -463,7 +469,6 @@ class HeaderReader {
   bool has_read_ = false;  ///< a header, or a command of it
   bool digits_from_hint_ = false;
   bool has_zeros_word_ = false;
-  bool has_dimension_ = false;
   bool has_digit_mask_ = false;
   std::string unit_word_;
 };

@@ -30,11 +30,14 @@ struct HeaderSetting {
 /// The head of a program, before its body.
 struct Header : ProgramHead {
   NumberFormat format;
-  bool states_format = false;              ///< unit known from the header or a CAM comment
-  bool states_zeros = false;               ///< LZ or TZ, or a CAM comment to the same effect
-  bool states_digits = false;              ///< digit counts from a CAM comment, whatever the unit
-  std::string format_evidence;             ///< the line that states it, for people
-  ProgramSet set = ProgramSet::FormatTwo;  ///< FMAT
+  bool states_format = false;  ///< unit known from the header or a CAM comment
+  bool states_zeros = false;   ///< LZ or TZ, or a CAM comment to the same effect
+  bool states_digits = false;  ///< digit counts from a CAM comment, whatever the unit
+  bool has_dimension = false;  ///< numbers that the unit measures stand in the header
+  /// With the unit that only the body states, before its first coordinate: that of outputs.
+  std::optional<NumberFormat> body_format;
+  std::string format_evidence;                ///< the line that states it, for people
+  ProgramSet set = ProgramSet::FormatTwo;     ///< FMAT
   std::map<int, Length> compensation_values;  ///< CP: diameter by compensation index
   std::vector<HeaderSetting> settings;
   bool incremental = false;                                        ///< ICI,ON
@@ -51,8 +54,8 @@ struct Header : ProgramHead {
   bool is_foreign = false;     ///< not-a-program: there is nothing to read or to walk through
   std::string respelled;  ///< the text in the manual's characters; empty: the source has no others
 
-  NumberFormat number_format() const override { return format; }
-  std::string number_summary() const override { return format.summary(); }
+  NumberFormat number_format() const override { return body_format.value_or(format); }
+  std::string number_summary() const override { return number_format().summary(); }
 };
 
 /// Reads the header, or finds that there is none. Header commands directly behind it, or before the

@@ -5,6 +5,7 @@
 #include <array>
 
 #include "calib/base/diagnostic.h"
+#include "program/text/gaps.h"
 
 namespace panelcal::excellon {
 namespace {
@@ -20,16 +21,9 @@ constexpr std::array kHeaderWords = {
 #include "program/excellon/text/header_words.def"
 };
 
-std::string_view stripped(std::string_view text) {
-  constexpr std::string_view kBlanks = " \t";
-  const auto begin = text.find_first_not_of(kBlanks);
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
-}
-
-/// Modes of the body that CAM systems write among header commands.
-bool is_set_up(std::string_view text) {
-  return text == "G90" || text == "G91" || text == "M71" || text == "M72";
+/// ICI alone is ICI,ON.
+std::string_view switched(std::string_view value) {
+  return value.empty() ? "ON" : value;
 }
 
 /// Digits before and behind a colon: `3:3`.
@@ -71,16 +65,54 @@ std::string_view nearest_header_word(std::string_view word) {
 
 HeaderCommand split_header_command(std::string_view block) {
   const auto comma = block.find(',');
-  if (comma == std::string_view::npos) return {stripped(block), {}};
-  return {stripped(block.substr(0, comma)), stripped(block.substr(comma + 1))};
+  if (comma == std::string_view::npos) return {trimmed(block), {}};
+  return {trimmed(block.substr(0, comma)), trimmed(block.substr(comma + 1))};
 }
 
-Restated restated(std::string_view word, std::string_view in_header, std::string_view outside) {
-  if (in_header == outside) return Restated::Nothing;
-  if (word != "INCH" && word != "METRIC") return Restated::Other;
-  const bool is_begin = in_header.starts_with(outside) && in_header[outside.size()] == ',';
-  if (outside.empty() || is_begin) return Restated::Nothing;
-  return in_header.empty() ? Restated::More : Restated::Other;
+std::string HeaderCommand::text() const {
+  std::string text(word);
+  if (!value.empty()) text.append(",").append(value);
+  return text;
+}
+
+std::optional<FormatWords> read_format_words(std::string_view value) {
+  FormatWords words;
+  while (!value.empty()) {
+    const auto comma = value.find(',');
+    const std::string_view part = trimmed(value.substr(0, comma));
+    if (part == "LZ" || part == "TZ") {
+      words.zeros = part == "LZ" ? Zeros::LeadingKept : Zeros::TrailingKept;
+    } else if (is_digit_mask(part)) {
+      const auto point = static_cast<int>(part.find('.'));
+      words.digits.emplace(point, static_cast<int>(part.size()) - point - 1);
+    } else {
+      return std::nullopt;
+    }
+    if (comma == std::string_view::npos) break;
+    value.remove_prefix(comma + 1);
+  }
+  return words;
+}
+
+OptionAgain compare_options(const HeaderCommand& first,
+                            const HeaderCommand& again,
+                            const NumberFormat& format,
+                            bool states_zeros) {
+  using enum OptionAgain;
+  if (first.value == again.value) return Same;
+  if (again.word == "ICI" || again.word == "OM48" || again.word == "BLKD") {
+    return switched(first.value) == switched(again.value) ? Same : Contradicts;
+  }
+  if (again.word != "INCH" && again.word != "METRIC") return Contradicts;
+  const auto words = read_format_words(again.value);
+  const std::pair digits(format.integer_digits, format.decimal_digits);
+  if (!words || (words->digits && *words->digits != digits)) return Contradicts;
+  if (!words->zeros || (states_zeros && *words->zeros == format.zeros)) return Same;
+  return states_zeros ? Contradicts : More;
+}
+
+bool is_set_up(std::string_view text) {
+  return text == "G90" || text == "G91" || text == "M71" || text == "M72";
 }
 
 bool is_header_word(std::string_view block) {
@@ -94,7 +126,7 @@ bool is_header_word(std::string_view block) {
 
 HeaderAhead look_ahead(LineCursor cursor, bool may_rewind) {
   while (!cursor.at_end()) {
-    const std::string_view text = stripped(cursor.next().text);
+    const std::string_view text = trimmed(cursor.next().text);
     if (text == "M48") return HeaderAhead::Start;
     if (is_header_word(text)) return HeaderAhead::Word;
     if (text.empty() || text.front() == ';' || is_set_up(text)) continue;
@@ -115,14 +147,14 @@ std::optional<std::pair<int, int>> digits_of_comment(std::string_view comment) {
   constexpr std::string_view kFile = "FILE_FORMAT";
   constexpr std::string_view kCam = "FORMAT={";
   if (const auto at = comment.find(kFile); at != std::string_view::npos) {
-    const std::string_view rest = stripped(comment.substr(at + kFile.size()));
+    const std::string_view rest = trimmed(comment.substr(at + kFile.size()));
     if (!rest.starts_with('=')) return std::nullopt;
-    return digit_pair(stripped(rest.substr(1)));
+    return digit_pair(trimmed(rest.substr(1)));
   }
   const auto at = comment.find(kCam);
   if (at == std::string_view::npos) return std::nullopt;
   const std::string_view body = comment.substr(at + kCam.size());
-  return digit_pair(stripped(body.substr(0, body.find_first_of("/}"))));
+  return digit_pair(trimmed(body.substr(0, body.find_first_of("/}"))));
 }
 
 tl::expected<void, std::string> read_text_offset(std::string_view value,

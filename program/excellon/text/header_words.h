@@ -38,22 +38,36 @@ std::string_view nearest_header_word(std::string_view word);
 struct HeaderCommand {
   std::string_view word;
   std::string_view value;
+
+  std::string text() const;
 };
 HeaderCommand split_header_command(std::string_view block);
 
-/// The part of a header command outside the header that the one in it does not say.
-enum class Restated : std::uint8_t {
-  Nothing,  ///< the same, or METRIC behind METRIC,TZ: "there is no harm done"
-  More,     ///< METRIC,TZ behind METRIC, which leaves the zeros open
-  Other,    ///< another option, which the control would not use
+/// What INCH and METRIC state behind their comma.
+struct FormatWords {
+  std::optional<Zeros> zeros;
+  std::optional<std::pair<int, int>> digits;  ///< before and behind the point
 };
-/// Compares the values of two commands with one word.
-/// Source CNC-7 manual, Duplicate Commands
-Restated restated(std::string_view word, std::string_view in_header, std::string_view outside);
+/// Absent: another word than LZ, TZ and digits.
+std::optional<FormatWords> read_format_words(std::string_view value);
+
+/// An option that comes again means the same whatever its spelling, states more, or contradicts.
+enum class OptionAgain : std::uint8_t { Same, More, Contradicts };
+/// Compares values, not spellings: `ICI` is `ICI,ON`, and `METRIC,TZ` repeats `METRIC,000.000,TZ`.
+///
+/// In     format: in force; states_zeros: by LZ or TZ
+/// Precondition: the words are the same
+OptionAgain compare_options(const HeaderCommand& first,
+                            const HeaderCommand& again,
+                            const NumberFormat& format,
+                            bool states_zeros);
 
 /// True for a header command that stands outside the header: a known word that a comma follows, or
 /// one of more than one letter alone. CAN_TEXT_OFF does not count: it is a command of the body.
 bool is_header_word(std::string_view block);
+
+/// Modes of the body that CAM systems write among header commands: G90, G91, M71, M72.
+bool is_set_up(std::string_view text);
 
 /// The next thing behind set-up words (G90, G91, M71, M72), comments and empty lines.
 enum class HeaderAhead : std::uint8_t {

@@ -33,16 +33,25 @@ bool is_telling(char c) {
 }
 
 /// Sixteen characters at once, a form that GCC and Clang have for every machine.
-using Characters = signed char __attribute__((vector_size(16)));
+using Characters = unsigned char __attribute__((vector_size(16)));
 
-/// A character of the block may be a telling one.
+Characters lower_of(Characters a, Characters b) {
+  return a < b ? a : b;
+}
+
+/// A character of the block may be a telling one. Every program is looked at whole, so few
+/// operations count: the extremes of the block tell of small letters, and of ; ( M and N, each by a
+/// distance of 0 or 1, which a few rare neighbours have as well.
 bool may_have_telling(const char* block, std::size_t size) {
-  Characters found = {};
+  Characters highest = {};
+  Characters nearest = ~highest;
   for (std::size_t i = 0; i < size; i += sizeof(Characters)) {
     Characters c;
     std::memcpy(&c, block + i, sizeof c);
-    found |= (c >= 'a') | (c == ';') | (c == '(') | (c == 'N') | (c == 'M');
+    highest = c > highest ? c : highest;
+    nearest = lower_of(nearest, lower_of('N' - c, lower_of(c ^ ';', c ^ '(')));
   }
+  const auto found = (highest >= 'a') | (nearest <= 1);
   std::array<std::uint64_t, 2> halves{};
   std::memcpy(halves.data(), &found, sizeof found);
   return (halves[0] | halves[1]) != 0;
@@ -107,12 +116,17 @@ Look look_at(std::string_view bytes) {
 }
 
 /// A number format in a comment behind a block would be lost with the comment.
-bool may_state_format(std::string_view comment) {
-  constexpr std::string_view kWord = "FORMAT";
-  return std::search(
-             comment.begin(), comment.end(), kWord.begin(), kWord.end(), [](char c, char w) {
-               return in_capitals(c) == w;
-             }) != comment.end();
+bool states_format(std::string_view comment) {
+  std::string capitals(comment);
+  std::ranges::transform(capitals, capitals.begin(), in_capitals);
+  return digits_of_comment(capitals) || capitals.find("FORMAT={") != capitals.npos;
+}
+
+/// A long message, behind the slash of block delete as well.
+bool begins_message(std::string_view line) {
+  const std::size_t first = first_of_line(line);
+  if (first < line.size() && line[first] == '/') line.remove_prefix(first + 1);
+  return is_long_message(line);
 }
 
 class Speller {
@@ -129,7 +143,7 @@ class Speller {
       const SourceLine line = cursor.next();
       if (!in_message) respell_line(line, begin);
       const std::string_view now = std::string_view(out_).substr(begin, line.text.size());
-      in_message = (in_message || is_long_message(now)) && is_continued(now);
+      in_message = (in_message || begins_message(now)) && is_continued(now);
     }
     if (out_ == bytes_) out_.clear();
     return std::move(out_);
@@ -225,12 +239,19 @@ class Speller {
         if (end++ == size) return;  // not closed
       }
       const std::string_view comment = line.text.substr(at, end - at);
-      if (may_state_format(comment)) return;
-      report(Kind::Comment,
-             line.number,
-             at,
-             quoted(comment) + " is a comment",
-             "; at the beginning of a line");
+      if (states_format(comment)) {
+        reporter_.report(Code::ArgumentInvalid,
+                         line.number,
+                         static_cast<int>(at) + 1,
+                         quoted(comment) + " states a number format behind a block",
+                         "a line of its own that begins with ;");
+      } else {
+        report(Kind::Comment,
+               line.number,
+               at,
+               quoted(comment) + " is a comment",
+               "; at the beginning of a line");
+      }
       std::fill(text + at, text + end, ' ');
       at = end - 1;
     }
@@ -257,6 +278,22 @@ bool is_block(std::string_view line) {
   return is_known && (first.letter == 'X' || first.letter == 'Y' || !first.number.empty());
 }
 
+/// A name in front of the header: `%PROG12`. Other languages have no M48.
+bool may_begin_below(LineCursor cursor) {
+  while (!cursor.at_end()) {
+    if (trimmed(cursor.next().text) == "M48") return true;
+  }
+  return false;
+}
+
+/// With the line as it is written, not as it was respelled.
+ForeignText as_written(std::string_view head, ForeignText foreign) {
+  LineCursor source(head);
+  while (source.line_number() < foreign.line) source.next();
+  foreign.text = trimmed(source.next().text);
+  return foreign;
+}
+
 }  // namespace
 
 Spelling respell(std::string_view bytes, const Reporter& reporter) {
@@ -281,14 +318,9 @@ ForeignText find_foreign(std::string_view bytes) {
     if (is_block(line)) return {};
     const bool opens_another = line.front() == '%';
     if (first.line == 0 || opens_another) first.line = number;
-    if (opens_another) break;
+    if (opens_another) return may_begin_below(cursor) ? ForeignText{} : as_written(head, first);
   }
-  if (first.line == 0) return {};
-  // As it is written, not as it was respelled.
-  LineCursor source(head);
-  while (source.line_number() < first.line) source.next();
-  first.text = trimmed(source.next().text);
-  return first;
+  return first.line == 0 ? first : as_written(head, first);
 }
 
 }  // namespace panelcal::excellon

@@ -21,9 +21,10 @@ struct Spelling {
 ///
 /// Every character stays in its place or becomes a blank, so that lines and columns are those of
 /// the source. Texts for people and files (M45, M47, M97 to M99), lines that begin with $ and
-/// comment lines stay as they are, and so does a comment that may state a number format.
+/// comment lines stay as they are.
 ///
 /// In     reporter: notation-accepted, once for each kind
+/// Fails  argument-invalid: a comment behind a block that states the number format
 /// Cost   one look at each character, 16 at a time, where there is nothing to change
 /// See    tests/program/excellon/text/spelling_test.cc
 Spelling respell(std::string_view bytes, const Reporter& reporter);
@@ -35,8 +36,8 @@ struct ForeignText {
 };
 
 /// Finds texts that are no program of this language, such as a board, a picture, or a program of
-/// the other language with one % too few: their first line begins with % and goes on, or none of
-/// their first 200 lines is a block.
+/// the other language with one % too few: their first line begins with % and goes on, and no M48
+/// follows, or none of their first 200 lines is a block.
 ForeignText find_foreign(std::string_view bytes);
 
 }  // namespace panelcal::excellon

@@ -208,6 +208,10 @@ void fill_missing(Tool& tool, const Tool& other) {
   if (!tool.depth_offset) tool.depth_offset = other.depth_offset;
 }
 
+bool has_dimension(const Tool& tool) {
+  return tool.diameter || tool.infeed || tool.retract || tool.depth_offset;
+}
+
 std::optional<ToolBlock> read_tool_block(const Block& block,
                                          const ToolContext& context,
                                          const Reporter& reporter) {

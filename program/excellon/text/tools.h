@@ -17,6 +17,9 @@ namespace panelcal::excellon {
 /// Takes from `other` what `tool` does not say.
 void fill_missing(Tool& tool, const Tool& other);
 
+/// The tool has data that the program's unit measures: lengths, feeds.
+bool has_dimension(const Tool& tool);
+
 /// A block that begins with T, read.
 struct ToolBlock {
   Tool tool;

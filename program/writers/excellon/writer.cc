@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "program/model/placement.h"
+#include "program/model/setting_lengths.h"
 #include "program/writers/rounded_arc.h"
 #include <fmt/format.h>
 
@@ -17,6 +18,8 @@ namespace {
 /// Source CNC-7 manual, Inch vs. Metric: 00.0000 and 000.000
 constexpr int kUsualInchDecimals = 4;
 constexpr int kUsualMetricDecimals = 3;
+constexpr int kUsualInchWhole = 2;
+constexpr int kUsualMetricWhole = 3;
 
 /// G04: one millisecond an increment of the coordinates (CNC-7 manual, Variable Dwell).
 constexpr Length kDwellPerMsInch = inch(0.0001);
@@ -28,14 +31,6 @@ bool is_written_anyway(std::string_view text) {
   constexpr std::array<std::string_view, 11> kOwn = {
       "FMAT", "METRIC", "INCH", "M71", "M72", "G05", "G90", "G91", "ICI", "OM48", "BLKD"};
   return std::ranges::find(kOwn, text.substr(0, text.find_first_of(", \t"))) != kOwn.end();
-}
-
-/// Lower and upper limits, distances and peck parameters; switches and counts have no digits.
-bool has_bare_number(std::string_view text) {
-  constexpr std::array<std::string_view, 4> kLengths = {"DN", "UP", "DTMDIST", "PCKPARAM"};
-  return std::ranges::find(kLengths, text.substr(0, text.find(','))) != kLengths.end() &&
-         text.find_first_of("0123456789") != std::string_view::npos &&
-         text.find('.') == std::string_view::npos;
 }
 
 /// A decimal point in every length: it overrides whatever zeros the reader assumes.
@@ -71,7 +66,12 @@ void ExcellonWriter::begin(const ProgramInfo& info) {
   const bool is_inch = info.format.unit == LengthUnit::Inch;
   const int n_usual = is_inch ? kUsualInchDecimals : kUsualMetricDecimals;
   const bool is_coarse = digits().n_decimals == 2;
-  has_usual_digits_ = info.format.decimal_digits == (is_coarse ? 2 : n_usual);
+  const int n_usual_whole = is_inch ? kUsualInchWhole : kUsualMetricWhole;
+  // With leading zeros kept, digits count from the left.
+  has_usual_digits_ =
+      info.format.decimal_digits == (is_coarse ? 2 : n_usual) &&
+      (info.format.zeros == Zeros::TrailingKept ||
+       info.format.integer_digits == (is_coarse ? digits().n_whole : n_usual_whole));
   written_unit_mm_ = info.format.one_unit().in_mm();
   n_decimals_ = digits().n_decimals;
   n_tool_decimals_ = std::max(n_decimals_, n_usual);
@@ -446,10 +446,10 @@ void ExcellonWriter::write(const Setting& setting) {
     return;
   }
   if (is_written_anyway(setting.text)) return;
-  if (!has_usual_digits_ && has_bare_number(setting.text)) {
+  if (!has_usual_digits_ && has_bare_length(setting.text)) {
     fail({Code::NotSupported,
           place(),
-          quoted(setting.text) + " has numbers in digits that only a comment of the source states",
+          quoted(setting.text) + " has numbers in digits that the output does not state",
           "decimal points in it, or another output format"});
   }
   overrides_rates_ |= setting.text == "G07";

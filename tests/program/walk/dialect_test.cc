@@ -2,6 +2,7 @@
 #include "program/walk/dialect.h"
 
 #include <set>
+#include <string>
 
 #include "program/excellon/text/header.h"
 #include "program/sieb_meyer/text/file_layout.h"
@@ -29,6 +30,20 @@ TEST(Dialects, GiveAProgramTheHeadOfItsLanguage) {
   ASSERT_EQ(sieb_meyer.dialect, Dialect::SiebMeyer);
   EXPECT_EQ(sieb_meyer::layout_of(sieb_meyer).head_line, 1);
   EXPECT_NE(sieb_meyer.number_summary(), excellon.number_summary());
+}
+
+/// Digits of the output must not depend on the case of letters or on block numbers.
+TEST(Dialects, KnowDecimalCoordinatesInAnySpelling) {
+  const auto has_points = [](const char* body) {
+    DiagnosticLog log;
+    return program_info(load_program({"p", std::string("M48\nMETRIC,TZ,000.00\n%\n") + body}, log),
+                        {})
+        .has_decimal_coordinates;
+  };
+  EXPECT_TRUE(has_points("X1.255Y1.\nM30\n"));
+  EXPECT_TRUE(has_points("x1.255y1.\nm30\n"));
+  EXPECT_TRUE(has_points("(hole) X1.255Y1.\nM30\n"));
+  EXPECT_FALSE(has_points("x125y100 ;x1.25\nm30\n"));
 }
 
 TEST(Dialects, LeaveTheHeadEmptyOfAProgramThatIsNotRead) {

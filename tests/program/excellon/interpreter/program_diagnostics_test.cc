@@ -100,6 +100,45 @@ TEST(ProgramDiagnostics, UnitAndZerosStatedAgain) {
   EXPECT_EQ(open.holes().front().nominal_mm(), Eigen::Vector2d(1, 2));
 }
 
+/// "The INCH/METRIC command must be specified before any commands with dimensions."
+TEST(ProgramDiagnostics, AUnitBehindNumbersThatItMeasures) {
+  EXPECT_EQ(run_program("T1C0.8\nMETRIC,TZ\nX1000Y1000\nM30\n").diagnostics,
+            Texts{"p.exc:2:1: error[argument-invalid]"});
+  EXPECT_EQ(run_program("T1C.03\nM72\nX1.Y1.\nM30\n").diagnostics, Texts{});
+  for (const char* number :
+       {"T1C.8", "F200", "G93X1.Y1.", "CAN_TEXT_OFF,1.", "DN,1.5", "$uvis,searcharea,1"}) {
+    for (const char* unit : {"METRIC,TZ", "M71"}) {
+      const auto run = run_program("T1\n" + std::string(number) + '\n' + unit + "\nX1.Y1.\nM30\n");
+      EXPECT_THAT(run.diagnostics, testing::Contains("p.exc:3:1: error[argument-invalid]"))
+          << number << ' ' << unit;
+    }
+  }
+  EXPECT_EQ(
+      run_program("M48\nT1C0.8\nCP,1,0.8\nZ,X10.0Y10.0\n%\nT1\nM71\nX1.Y1.\nM30\n").diagnostics,
+      Texts{"p.exc:7:1: error[argument-invalid]"});
+}
+
+/// Settings are passed on as written, and an output states one unit.
+TEST(ProgramDiagnostics, ASettingInAnotherUnitThanTheHeaders) {
+  EXPECT_THAT(diagnostics_of("M72\nDN,.1\nX1.Y1.\nM30\n"),
+              testing::Contains("p.exc:9:1: error[not-supported]"));
+  EXPECT_EQ(diagnostics_of("M72\nATC,ON\nX1.Y1.\nM30\n"),
+            Texts{"p.exc:9:1: warning[header-word-in-body]"});
+}
+
+TEST(ProgramDiagnostics, OptionsThatComeAgain) {
+  const std::string head = "M48\nMETRIC,000.000,LZ\nICI,OFF\nT1C1.\n%\nT1\n";
+  EXPECT_EQ(run_program(head + "METRIC,LZ\nICI,OFF\nX1.Y1.\nMETRIC\nM30\n").diagnostics, Texts{});
+  const auto run = run_program(head + "G91\nX1.Y1.\nICI,OFF\nM30\n");
+  EXPECT_EQ(run.diagnostics, Texts{"p.exc:9:1: error[argument-invalid]"});
+  EXPECT_THAT(run.texts.front(), testing::HasSubstr("\"ICI,OFF\" behind G91;"));
+  EXPECT_EQ(run_program(head + "METRIC\nM72\nMETRIC\nX1.Y1.\nM30\n").diagnostics,
+            Texts{"p.exc:9:1: error[argument-invalid]"});
+  const auto more = run_program("M48\nINCH\n%\nT1\nINCH,TZ\nX10000Y20000\nM30\n");
+  EXPECT_EQ(more.diagnostics, Texts{"p.exc:5:1: warning[header-word-in-body]"});
+  EXPECT_EQ(more.holes().front().nominal_inch(), Eigen::Vector2d(1, 2));
+}
+
 /// Incremental input from a header command in the body, as by G91.
 TEST(ProgramDiagnostics, IncrementalInputBeginsWhereItStands) {
   const auto run = run_program(metric("T1\nX1.Y1.\nICI,ON\nX1.\nICI,ON\nX1.\nM30\n"));
@@ -114,6 +153,27 @@ TEST(ProgramDiagnostics, CommentsThatStateOtherDigits) {
       {"X1.Y1.\n ;FORMAT={2:4/ absolute}\n", "9:1: error[argument-invalid]"},
   });
   EXPECT_EQ(diagnostics_of(";FILE_FORMAT=3:3\n;FORMAT={-:-}\nX1.Y1.\nM30\n"), Texts{});
+}
+
+/// Small letters and comments, which are read as capitals and blanks.
+TEST(ProgramDiagnostics, QuoteTheLastLinesAsTheyAreWritten) {
+  const auto texts = [](const std::string& body) {
+    return run_program(metric("T1\n" + body)).texts;
+  };
+  EXPECT_THAT(texts("X1.Y1.\nM30 (end"),
+              testing::Contains(testing::HasSubstr("\"M30 (end\" has no line end")));
+  EXPECT_THAT(texts("X2.Y2.;m30"),
+              testing::Contains(testing::HasSubstr("\"X2.Y2.;m30\" has no line end")));
+  EXPECT_THAT(texts("X2.Y2.\nm30\nx3.y3.\n"), testing::Contains(testing::HasSubstr("\"x3.y3.\"")));
+}
+
+TEST(ProgramDiagnostics, ZerosBeyondTheDigitsOfADiameter) {
+  const auto run = run_program(
+      "M48\nMETRIC,TZ,000.000\nT1C.8\n%\nT2C00001000\nX0001000Y1000\nT3C00001000\nM30\n");
+  EXPECT_THAT(run.diagnostics, testing::Contains("p.exc:5:3: warning[notation-accepted]"));
+  EXPECT_THAT(run.diagnostics,
+              testing::Contains(testing::HasSubstr("[notation-accepted]")).Times(1));
+  EXPECT_EQ(run.executed.tools().front().diameter, mm(1));
 }
 
 TEST(ProgramDiagnostics, UnknownCommands) {

@@ -90,17 +90,16 @@ TEST(Header, CommandsBeforeTheFirstBlockAreAHeader) {
   EXPECT_EQ(out.header.settings.back().text, "ATC,ON");
   EXPECT_EQ(out.first_body_line(), "T1C.04");
   EXPECT_EQ(out.header.body.number, 7);
-  EXPECT_EQ(out.diagnostics.size(), 5U);
-  for (const std::string& brief : out.diagnostics) {
-    EXPECT_THAT(brief, testing::HasSubstr(":1: warning[header-word-in-body]"));
-  }
+  EXPECT_EQ(out.diagnostics,  // none for G90, a command of the body
+            (Texts{"p.exc:2:1: warning[header-word-in-body]",
+                   "p.exc:3:1: warning[header-word-in-body]",
+                   "p.exc:5:1: warning[header-word-in-body]",
+                   "p.exc:6:1: warning[header-word-in-body]"}));
 }
 
 TEST(Header, CommandsBehindItAreReadWithIt) {
   const ReadHeader out = read("M48\nMETRIC,LZ\n%\nM71\nVER,2\nMETRIC,LZ\nMETRIC\nT1\n");
-  EXPECT_EQ(out.diagnostics,
-            (Texts{"p.exc:4:1: warning[header-word-in-body]",
-                   "p.exc:5:1: warning[header-word-in-body]"}));
+  EXPECT_EQ(out.diagnostics, Texts{"p.exc:5:1: warning[header-word-in-body]"});
   EXPECT_EQ(out.header.axis_version, 2);
   EXPECT_EQ(out.header.end_line, 3);
   EXPECT_EQ(out.first_body_line(), "T1");
@@ -121,7 +120,7 @@ TEST(Header, MayStandBehindSetUpWordsAndComeTwice) {
   EXPECT_EQ(out.header.tools.size(), 1U);
   EXPECT_EQ(out.header.end_line, 9);
   EXPECT_EQ(out.first_body_line(), "T7");
-  EXPECT_EQ(out.diagnostics.size(), 5U);
+  EXPECT_EQ(out.diagnostics, Texts{"p.exc:8:1: warning[header-word-in-body]"});
 }
 
 /// "When the options in the part program body are different from the options in the header or
@@ -132,6 +131,19 @@ TEST(Header, AnotherOptionBehindItIsRefused) {
         read("M48\nMETRIC,LZ\nVER,1\nATC,ON\nICI,ON\n%\n" + std::string(other) + "\nT1\n");
     EXPECT_THAT(out.diagnostics, testing::Contains("p.exc:7:1: error[argument-invalid]")) << other;
   }
+}
+
+TEST(Header, AnOptionMayComeAgainInAnotherSpelling) {
+  for (const char* again : {"METRIC,TZ", "METRIC,TZ,000.000", "METRIC,000.000", "METRIC", "ICI"}) {
+    const ReadHeader out =
+        read("M48\nMETRIC,000.000,TZ\nICI,ON\n%\n" + std::string(again) + "\nT1\n");
+    EXPECT_EQ(out.diagnostics, Texts{}) << again;
+  }
+  const ReadHeader more = read("M48\nINCH\n%\nINCH,TZ\nT1\n");
+  EXPECT_EQ(more.diagnostics, Texts{"p.exc:4:1: warning[header-word-in-body]"});
+  EXPECT_EQ(more.header.format.zeros, Zeros::TrailingKept);
+  EXPECT_THAT(read("M48\nICI\n%\nICI,OFF\nT1\n").texts.at(0),
+              testing::HasSubstr("\"ICI,OFF\" behind \"ICI\";"));
 }
 
 TEST(Header, BlanksInACommandHaveNoMeaning) {
@@ -196,6 +208,39 @@ TEST(Header, CommentsThatOnlyLookLikeHintsAreIgnored) {
     const NumberFormat format = format_of(std::string(hint) + "\nINCH\n");
     EXPECT_EQ(format.unit, LengthUnit::Inch) << hint;
   }
+}
+
+/// "The INCH/METRIC command must be specified before any commands with dimensions."
+TEST(Header, AUnitBehindNumbersThatItMeasuresIsRefused) {
+  for (const char* number : {"T1C.8",
+                             "T1F200",
+                             "T1Z-.1",
+                             "CP,1,.8",
+                             "Z,X1.Y1.",
+                             "ZC,X1.Y1.",
+                             "CAN_TEXT_OFF,1.",
+                             "DN,.5",
+                             "Z-.1"}) {
+    for (const char* unit : {"METRIC", "M71", ";FORMAT={3:3/ absolute / metric}"}) {
+      EXPECT_EQ(read("M48\n" + std::string(number) + "\n" + unit + "\n%\n").diagnostics,
+                Texts{"p.exc:3:1: error[argument-invalid]"})
+          << number << ' ' << unit;
+    }
+  }
+  EXPECT_EQ(read("M48\nT1S65H20\nATC,ON\nMETRIC\n%\n").diagnostics, Texts{});
+}
+
+/// Numbers of the body are read by what stands before them; outputs state their unit at once.
+TEST(Header, OutputsHaveTheUnitThatTheBodyStates) {
+  const ReadHeader out = read("T1\nM47,METRICAL\nMETRIC,TZ\nX1000Y1000\n");
+  EXPECT_EQ(out.header.format.summary(), "inch 2.4, leading zeros kept");
+  EXPECT_EQ(out.header.number_format().summary(), "metric 3.3, trailing zeros kept");
+  EXPECT_EQ(out.header.format_evidence, "line 3: METRIC,TZ");
+  EXPECT_EQ(read("T1\nM71\nX1.\n").header.number_format().unit, LengthUnit::Millimeter);
+  EXPECT_EQ(read("T1\nX1.\nM71\n").header.number_format().unit, LengthUnit::Inch);
+  EXPECT_EQ(read("T1\nM45,a\\\nMETRIC\nX1.\n").header.number_format().unit, LengthUnit::Inch);
+  EXPECT_EQ(read("M48\nMETRIC\n%\nT1\nM72\nX1.\n").header.number_format().unit,
+            LengthUnit::Millimeter);
 }
 
 TEST(Header, SaysWhichLineStatedTheFormat) {

@@ -46,11 +46,29 @@ TEST(Spelling, SmallLettersBecomeCapitals) {
               ElementsAre("p.exc:2:6: warning[notation-accepted]"));
 }
 
+/// Blocks of 128 characters are looked at together; what tells may stand anywhere in one.
+TEST(Spelling, FindsWhatIsToBeChangedAnywhereInALongText) {
+  for (std::size_t n_lines = 0; n_lines < 70; ++n_lines) {
+    std::string head;
+    for (std::size_t i = 0; i < n_lines; ++i) head += "X123.5\n";
+    const std::string tail(500, '\n');
+    EXPECT_EQ(respelled(head + "x1.\n" + tail).text, head + "X1.\n" + tail);
+    EXPECT_EQ(respelled(head + "X1.;A\n" + tail).text, head + "X1.  \n" + tail);
+    EXPECT_EQ(respelled(head + "X1.(A)\n" + tail).text, head + "X1.   \n" + tail);
+    EXPECT_EQ(respelled(head + "N1X1.\n" + tail).text, head + "  X1.\n" + tail);
+    DiagnosticLog log;
+    EXPECT_TRUE(respell(head + "M99,LOGO\n" + tail, Reporter("p.exc", log)).calls_patterns);
+    EXPECT_FALSE(respell(head + ")OL?\n" + tail, Reporter("p.exc", log)).calls_patterns);
+  }
+}
+
 TEST(Spelling, TextsForPeopleAndFilesStay) {
   expect_as_it_is("M48\nM47,Load (2) panels; go\n");
   expect_as_it_is("M97,abc\nM98,d;e\nM99,logo.exc\n");
   expect_as_it_is("M45,first line\\\nsecond; (line)\\\nNext 10\nX1.\n");
   expect_as_it_is("; a comment (all of it)\n  ;x1\n$uvis,search,on\n");
+  expect_as_it_is(" /M45,Look at \\\nn1 the (left) board\n");
+  EXPECT_EQ(respelled("/M45,one\\\ntwo\nx1.\n").text, "/M45,one\\\ntwo\nX1.\n");
   EXPECT_EQ(respelled("m99,logo\n").text, "M99,logo\n");
   EXPECT_EQ(respelled("m45,one\\\ntwo\\\nthree\nx1.\n").text, "M45,one\\\ntwo\\\nthree\nX1.\n");
 }
@@ -61,9 +79,20 @@ TEST(Spelling, CommentsBecomeBlanks) {
   EXPECT_THAT(out.diagnostics, ElementsAre("p.exc:1:8: warning[notation-accepted]"));
 }
 
-TEST(Spelling, ACommentThatMayStateTheFormatStays) {
-  EXPECT_EQ(respelled("METRIC ;file_format=4:4\n").text, "METRIC ;FILE_FORMAT=4:4\n");
-  expect_as_it_is("INCH ;FORMAT={2:4}\n");
+TEST(Spelling, ACommentThatStatesTheFormatIsRefused) {
+  const Respelled out = respelled("METRIC ;file_format=4:4\nINCH (FORMAT={-:-/ inch})\n");
+  EXPECT_EQ(out.text, "METRIC                 \nINCH                     \n");
+  EXPECT_THAT(
+      out.diagnostics,
+      ElementsAre("p.exc:1:8: error[argument-invalid]", "p.exc:2:6: error[argument-invalid]"));
+}
+
+TEST(Spelling, ACommentThatOnlyHasTheWordFormatIsAComment) {
+  for (const char* comment : {"(PLATING INFORMATION)", ";FORMAT 3.3", ";FILE_FORMAT=none"}) {
+    EXPECT_THAT(respelled(std::string("X1. ") + comment + "\n").diagnostics,
+                ElementsAre("p.exc:1:5: warning[notation-accepted]"))
+        << comment;
+  }
 }
 
 TEST(Spelling, ABracketThatIsNotClosedStays) {
@@ -126,6 +155,7 @@ TEST(Foreign, APercentThatGoesOnOpensAnotherLanguage) {
   EXPECT_EQ(foreign("%5000\nX1.Y1.T1\n$\n"), "1: %5000");
   EXPECT_EQ(foreign("DEMO\n  %FSLAX24Y24*%\nX1.\n"), "2: %FSLAX24Y24*%");
   EXPECT_EQ(foreign("M48\n%5000\n"), "a program");
+  EXPECT_EQ(foreign("%PROG12\n; left\nm48\nMETRIC,TZ\n"), "a program");
 }
 
 TEST(Foreign, OneBlockIsEnough) {

@@ -123,6 +123,31 @@ TEST(ExcellonWriter, SettingsKeepTheSourcesDigits) {
   EXPECT_THAT(program_of({}, info), ::testing::HasSubstr("\nMETRIC,TZ,0000.00\n"));
 }
 
+/// DN,0002 is 2 mm in 0000.000 and 0.2 mm in the output's 000.000, digits counted from the left.
+TEST(ExcellonWriter, RefusesBareLengthsInDigitsThatItDoesNotState) {
+  const auto why_not = [](Zeros zeros, int n_whole, int n_decimals, const char* setting) {
+    ProgramInfo info = metric_info();
+    info.format.zeros = zeros;
+    info.format.integer_digits = n_whole;
+    info.format.decimal_digits = n_decimals;
+    StringSink bytes;
+    ExcellonWriter writer(bytes, {});
+    writer.begin(info);
+    put_all(writer, {Setting{setting, SettingKind::Header}});
+    const Expected<void> done = writer.finish();
+    return done ? "" : test::brief(done.error());
+  };
+  const std::string refused = "p.exc:10: error[not-supported]";
+  EXPECT_EQ(why_not(Zeros::LeadingKept, 4, 3, "DN,0002"), refused);
+  EXPECT_EQ(why_not(Zeros::LeadingKept, 4, 3, "Z-0002"), refused);
+  EXPECT_EQ(why_not(Zeros::TrailingKept, 3, 4, "DN,0002"), refused);
+  EXPECT_EQ(why_not(Zeros::LeadingKept, 4, 3, "DN,2."), "");
+  EXPECT_EQ(why_not(Zeros::LeadingKept, 4, 3, "ATC,ON"), "");
+  EXPECT_EQ(why_not(Zeros::LeadingKept, 3, 3, "DN,002"), "");
+  EXPECT_EQ(why_not(Zeros::TrailingKept, 4, 3, "DN,2000"), "");
+  EXPECT_EQ(why_not(Zeros::LeadingKept, 4, 2, "DN,0002"), "");  // the output states 0000.00
+}
+
 // --- tools -------------------------------------------------------------------------------------
 
 TEST(ExcellonWriter, RepeatsToolDataThatTheHeaderLacks) {
