@@ -43,7 +43,7 @@ struct HeaderCommand {
 };
 HeaderCommand split_header_command(std::string_view block);
 
-/// What INCH and METRIC state behind their comma.
+/// The words of INCH and METRIC behind their comma.
 struct FormatWords {
   std::optional<Zeros> zeros;
   std::optional<std::pair<int, int>> digits;  ///< before and behind the point
