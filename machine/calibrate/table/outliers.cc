@@ -10,6 +10,8 @@
 #include "calib/base/statistics/median.h"
 #include "calib/base/statistics/random.h"
 #include "machine/config/plate/plate.h"
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <fmt/format.h>
 
 namespace panelcal::internal {
@@ -71,6 +73,16 @@ std::vector<TablePrediction> predict(const TableData& data,
   std::vector<TablePrediction> out;
   const Expected<TableFit> fit = fit_table(used, options);
   if (!fit) return out;
+  const auto turn_of = [&](const TableObservation& look) {
+    return Eigen::Rotation2Dd(fit->poses[data.views[look.i_view].i_pose].angle_rad)
+        .toRotationMatrix();
+  };
+  // Of errors of dots, from the looks at each: 1/mm^2, in the plate's frame.
+  std::vector<Eigen::Matrix2d> of_looks(data.dots.size(), Eigen::Matrix2d::Zero());
+  for (const TableObservation& look : used.seen) {
+    const Eigen::Matrix2d turn = turn_of(look);
+    of_looks[look.i_dot] += turn.transpose() * look.seen.cov.inverse() * turn;
+  }
   for (std::size_t i = 0; i < data.seen.size(); ++i) {
     if (fold_of(i) != i_fold) continue;
     const TableObservation& look = data.seen[i];
@@ -80,7 +92,11 @@ std::vector<TablePrediction> predict(const TableData& data,
     const auto lies = place_in(fit->poses[view.i_pose], dot.place + fit->dot_errors[look.i_dot]);
     const Eigen::Vector2d error_mm = lies.in_mm() - view.axis_at.in_mm() -
                                      fit->map.error_mm(view.axis_at) - look.seen.position.in_mm();
-    const Eigen::Matrix2d cov = look.seen.cov + fit->covariance_at(view.axis_at);
+    Eigen::Matrix2d cov = look.seen.cov + fit->covariance_at(view.axis_at);
+    if (!dot.is_certified) {
+      const Eigen::Matrix2d turn = turn_of(look);
+      cov += turn * of_looks[look.i_dot].inverse() * turn.transpose();
+    }
     const double chi_square = internal::squared_distance(error_mm, cov);
     if (std::isfinite(chi_square)) out.push_back({i, error_mm, chi_square});
   }

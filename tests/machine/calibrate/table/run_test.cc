@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <string>
 
 #include "calib/base/statistics/random.h"
@@ -236,6 +237,34 @@ TEST(TableRun, RefusesWhatAPersonShouldSee) {
   run.excess = 1;
   run.left_out.resize(11);
   EXPECT_THAT(refusal(run), HasSubstr("11 of 41 looks"));
+}
+
+/// A dot that is not certified is known by the other looks at it alone, half as well again as by
+/// one.
+TEST(TableRun, ADotsOwnUncertaintyIsNoScatter) {
+  constexpr double kPitch_mm = 30;
+  constexpr double kNoise_mm = 5e-4;
+  TableFitOptions options;
+  options.steps = 6;
+  double sum = 0;
+  int n = 0;
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    Random random(seed);
+    const auto plate = test::simulated_plate(9, kPitch_mm, false, 0.003, random);
+    TableData data;
+    for (const PlatePose& pose : {PlatePose{0, {150, 150}},
+                                  PlatePose{std::numbers::pi / 2, {150, 150}},
+                                  PlatePose{0, {150 + kPitch_mm, 150}}}) {
+      test::look(plate, pose, test::smooth_warp_mm, kNoise_mm, random, data);
+    }
+    for (std::size_t i_fold = 0; i_fold < internal::kTableFolds; ++i_fold) {
+      for (const auto& one : internal::predict(data, options, i_fold)) {
+        sum += one.chi_square;
+        n += 2;
+      }
+    }
+  }
+  EXPECT_NEAR(sum / n, 1, 0.12);  // 1.4 with the dots taken for certain
 }
 
 TEST(TableRun, ALittleMoreScatterThanStatedIsCountedToo) {
