@@ -9,10 +9,9 @@
 #include "tests/program/writers/sieb_meyer/written.h"
 #include "tests/support/matchers.h"
 
-namespace panelcal {
+namespace panelcal::test::to_sieb_meyer {
 namespace {
 
-using namespace test;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -128,4 +127,4 @@ TEST(SiebMeyerWriter, RefusesNestedCorrectionsThatAreMoreThanAnOffset) {
 }
 
 }  // namespace
-}  // namespace panelcal
+}  // namespace panelcal::test::to_sieb_meyer

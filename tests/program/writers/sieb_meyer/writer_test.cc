@@ -7,10 +7,9 @@
 #include "tests/program/writers/sieb_meyer/written.h"
 #include "tests/support/matchers.h"
 
-namespace panelcal {
+namespace panelcal::test::to_sieb_meyer {
 namespace {
 
-using namespace test;
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -372,4 +371,4 @@ TEST(SiebMeyerWriter, PassesItsOwnOrdersOn) {
 }
 
 }  // namespace
-}  // namespace panelcal
+}  // namespace panelcal::test::to_sieb_meyer

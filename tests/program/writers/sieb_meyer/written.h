@@ -9,7 +9,7 @@
 
 #include "tests/program/operations.h"
 
-namespace panelcal::test {
+namespace panelcal::test::to_sieb_meyer {
 
 inline const std::string kBegin = "%%5000\nM49,FV1\nM49,NORA\nM49,NOSA\n";
 
@@ -77,4 +77,4 @@ inline DepthOfCut below(double depth_mm, std::optional<Length> surface = {}) {
   return {.z = {}, .depth = mm(depth_mm), .surface = surface, .control = DepthControl::Depth};
 }
 
-}  // namespace panelcal::test
+}  // namespace panelcal::test::to_sieb_meyer
