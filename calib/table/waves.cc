@@ -15,7 +15,7 @@ using Eigen::VectorXd;
 
 constexpr std::array kLengths = {0.1, 0.2, 0.4, 0.8, 1.6};
 /// Variances that are rounding beside the largest.
-constexpr double kRounding = 1e-10;
+constexpr double kRoundingOfVariances = 1e-10;
 
 /// In     distance: in lengths of the process
 double correlation(TableProcess process, double distance) {
@@ -60,7 +60,7 @@ TableWaves process_waves(const TableBasis& basis, TableProcess process, double l
   const Eigensystem bent =
       eigensystem(parts.turned(cov).bottomRightCorner(n - kUnbent, n - kUnbent));
   const double most = bent.values.tail(1).value();
-  const Index n_kept = (bent.values.array() > kRounding * most).count();
+  const Index n_kept = (bent.values.array() > kRoundingOfVariances * most).count();
   TableWaves waves{process, length, MatrixXd(n, kUnbent + n_kept), VectorXd(kUnbent + n_kept)};
   waves.shapes << q.leftCols(kUnbent),
       (q.rightCols(n - kUnbent) * bent.vectors.rightCols(n_kept)).rowwise().reverse();

@@ -90,7 +90,7 @@ class Programs(unittest.TestCase):
             written, errors = self.panelcal.run(program, files, "sieb-meyer")
             self.assertIsNotNone(written, f"seed {seed}: {errors}")
             try:
-                compare_written(interpret(written), events_of_panelcal(self.executed(program, subprograms)))
+                compare_written(interpret(written), events_of_panelcal(self.executed(program, subprograms), splits=True))
                 compared += 1
             except (Refusal, Difference) as problem:
                 self.fail(f"seed {seed}: {problem}\n{written}")

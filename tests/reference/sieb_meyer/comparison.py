@@ -99,8 +99,11 @@ class Cycles:
         return name and (name, tuple(sorted(self.values[name].items())))
 
 
-def events_of_panelcal(text):
-    """The events of operations in JSON Lines (docs/formats/operations.md)."""
+def events_of_panelcal(text, splits=False):
+    """The events of operations in JSON Lines (docs/formats/operations.md).
+
+    splits  Another depth within a contour is a plunge: a written program ends the contour there and begins another.
+    """
     events = []
     place, down, side = None, False, None
     cycles = Cycles()
@@ -121,7 +124,7 @@ def events_of_panelcal(text):
         elif op == "compensation":
             side = None if record["side"] == "off" else record["side"]
         elif op == "plunge":
-            if not down:  # Within a contour: only another depth.
+            if not down or splits:  # Within a contour: only another depth.
                 events.append(Event("plunge", *where, record["tool"], at=place, depth=depth))
             down = True
         elif op == "rout":
