@@ -86,6 +86,8 @@ std::string excellon_page() {
       "- more digits than the format has, if the first ones are zeros, numbers count from the "
       "right "
       "(TZ), and METRIC or a CAM comment states the digits\n"
+      "- M02 blocks with X or Y whose count no M02 alone ends before the next ones, which count from "
+      "their own pattern; those of R#M02 end by themselves\n"
       "- two blocks in a line: `T1M06`, `T1X#Y#`, `G05X#Y#` and `X#Y#M30`\n\n"
       "Header commands may stand behind the header, or before the first block of a program without "
       "one; those that are passed on, ICI, and INCH and METRIC before the first coordinate, also "
