@@ -122,12 +122,12 @@ template <int kN>
                                                    std::string_view after_whole = {}) {
   static_assert(kN >= 2 && kN <= 9);
   using internal::copy_digits;
-  // Fewer than six decimals are six of which the last ones are zeros.
-  constexpr int kDigits = std::max(kN, 6);
+  // Fewer than three or six decimals are as many of which the last ones are zeros.
+  constexpr int kDigits = kN <= 3 ? 3 : std::max(kN, 6);
   constexpr std::uint32_t kUnit = internal::power_of_ten(kDigits);
   constexpr std::uint32_t kRounded = internal::power_of_ten(kN);
   constexpr double kMostWhole = 999;
-  using Steps = std::conditional_t<kDigits == 6, std::uint32_t, std::uint64_t>;
+  using Steps = std::conditional_t<kDigits <= 6, std::uint32_t, std::uint64_t>;
   static_assert(kDigits > 6 || (kMostWhole + 1) * kUnit < std::numeric_limits<Steps>::max());
   const double scaled = std::abs(value * kRounded);
   // NaN goes this way too.
@@ -144,15 +144,16 @@ template <int kN>
   at += copy_digits(internal::kWholes[whole], at);
   // As if there were nine: the first three, the next three and the last ones.
   constexpr std::uint32_t kFirst = internal::power_of_ten(kDigits - 3);
-  constexpr std::uint32_t kNext = internal::power_of_ten(kDigits - 6);
   *at = '.';
   const std::uint32_t behind_3 = decimals % kFirst;
-  const int n_first = 1 + copy_digits(internal::kDecimals[decimals / kFirst], at + 1);
-  const int n_next = 4 + copy_digits(internal::kDecimals[behind_3 / kNext], at + 4);
-  int n_shown = std::max({0, n_first, n_next});
-  if constexpr (kDigits > 6) {
-    const std::uint32_t behind_6 = behind_3 % kNext * internal::power_of_ten(9 - kN);
-    n_shown = std::max(n_shown, 7 + copy_digits(internal::kDecimals[behind_6], at + 7));
+  int n_shown = std::max(0, 1 + copy_digits(internal::kDecimals[decimals / kFirst], at + 1));
+  if constexpr (kDigits >= 6) {
+    constexpr std::uint32_t kNext = internal::power_of_ten(kDigits - 6);
+    n_shown = std::max(n_shown, 4 + copy_digits(internal::kDecimals[behind_3 / kNext], at + 4));
+    if constexpr (kDigits > 6) {
+      const std::uint32_t behind_6 = behind_3 % kNext * internal::power_of_ten(9 - kN);
+      n_shown = std::max(n_shown, 7 + copy_digits(internal::kDecimals[behind_6], at + 7));
+    }
   }
   if (!after_whole.empty() && n_shown == 0) return std::ranges::copy(after_whole, at).out;
   return at + n_shown;

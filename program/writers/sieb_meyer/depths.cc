@@ -32,7 +32,10 @@ const DepthOfCut* SiebMeyerWriter::told_cut(const DepthOfCut& cut) {
              "Z# for every hole and contour");
       return nullptr;
     }
-    if (!cut.is_controlled()) note_offset_use(plane_tools_, map_tools_);
+    // Nearly every hole is made with the tool of the one before.
+    if (!cut.is_controlled() && std::exchange(plane_tool_, tool_) != tool_) {
+      note_offset_use(plane_tools_, map_tools_);
+    }
     return &cut;
   }
   if (!cut.depth) {

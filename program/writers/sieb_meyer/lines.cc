@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "program/writers/fixed_point.h"
 #include "program/writers/sieb_meyer/writer.h"
 #include <fmt/format.h>
 
@@ -21,6 +22,8 @@ double m_per_min(Feed feed) {
 
 /// Every number has a point: without one it would count steps of the last digit.
 char* write_with_point(char* at, double value, int n_decimals) {
+  constexpr int kUsualDecimals = 3;
+  if (n_decimals == kUsualDecimals) return write_fixed_as<kUsualDecimals>(at, value, ".");
   char* end = write_fixed(at, value, n_decimals);
   if (std::find(at, end, '.') == end) *end++ = '.';
   return end;
@@ -70,15 +73,14 @@ std::string SiebMeyerWriter::plane_text(Length height) const {
 
 void SiebMeyerWriter::append_point(const Eigen::Vector2d& at_mm,
                                    std::string_view letters,
-                                   std::optional<int> n_decimals) {
+                                   int n_decimals) {
   const Eigen::Vector2d written = written_from_work() * at_mm;
-  const int n = n_decimals.value_or(digits().n_decimals);
   std::array<char, 2 * (kFixedChars + 2)> chars;
   char* end = chars.data();
   for (std::size_t axis = 0; axis < 2; ++axis) {
     *end++ = letters[axis];
     const char* const begin = end;
-    end = write_with_point(end, written[static_cast<Eigen::Index>(axis)], n);
+    end = write_with_point(end, written[static_cast<Eigen::Index>(axis)], n_decimals);
     check_digits({begin, static_cast<std::size_t>(end - begin)});
   }
   line_.append(chars.data(), static_cast<std::size_t>(end - chars.data()));
@@ -91,7 +93,7 @@ void SiebMeyerWriter::open_line(const Eigen::Vector2d& at_mm) {
   if (pending_tool_) line_ += fmt::format("T{}", *std::exchange(pending_tool_, std::nullopt));
   if (has_place_words()) say_place_words();
   line_source_.number = source_line();
-  line_source_.file = source_file();
+  if (line_source_.file != source_file()) line_source_.file = source_file();
   up_at_.reset();
   at_mm_ = at_mm;
 }

@@ -87,9 +87,10 @@ class SiebMeyerWriter final : public ProgramWriter {
   Steps steps(const Eigen::Vector2d& at_mm) const;
   void append_number(double value);
   std::string plane_text(Length height) const;
-  void append_point(const Eigen::Vector2d& at_mm,
-                    std::string_view letters,
-                    std::optional<int> n_decimals = std::nullopt);
+  void append_point(const Eigen::Vector2d& at_mm, std::string_view letters) {
+    append_point(at_mm, letters, digits().n_decimals);
+  }
+  void append_point(const Eigen::Vector2d& at_mm, std::string_view letters, int n_decimals);
   void open_line(const Eigen::Vector2d& at_mm);
   void tool_up_line(const Eigen::Vector2d& at_mm);
   void say_place_words();
@@ -181,6 +182,7 @@ class SiebMeyerWriter final : public ProgramWriter {
   Depth depth_;
   DepthOfCut map_plane_;             ///< of the last stroke to a depth below a map's surface
   std::set<int> plane_tools_;        ///< that worked at planes of the program or the operator
+  int plane_tool_ = -1;              ///< the last of them
   std::set<int> map_tools_;          ///< offset unknown, and set to zero
   bool has_left_standard_ = false;   ///< G83 was said
   bool relies_on_standard_ = false;  ///< in an open pattern, without saying G82
