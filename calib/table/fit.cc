@@ -91,36 +91,48 @@ Expected<void> check_table_data(const TableData& data, const TableFitOptions& op
   return check_seen(data);
 }
 
-/// Places of the table that are looked at; those within a tenth of the grid's step are one, for no
-/// wave is that short.
-std::size_t count_places(const TableData& data, const TableGrid& grid) {
+/// A place of the table, in tenths of the grid's step: places that near are one, for no wave is
+/// that short.
+struct PlaceSeen {
+  Eigen::Vector2d at;
+  std::size_t i_view = 0;
+  bool is_seen_again = false;
+};
+
+/// True if half of the places that are looked at are looked at in two views or more: only then do
+/// the looks tell scatter that is larger than stated from short waves of the table, and with them
+/// how smooth it is.
+bool sees_places_again(const TableData& data, const TableGrid& grid) {
+  constexpr double kFarthest = 1e9;
   const Eigen::Vector2d steps(grid.nx, grid.ny);
   const Eigen::Vector2d same_mm = 0.1 * (grid.high_mm - grid.low_mm).cwiseQuotient(steps);
-  std::map<std::pair<long, long>, Eigen::Vector2d> places;
-  const auto is_known = [&](const Eigen::Vector2d& place, long column, long row) {
+  std::map<std::pair<long, long>, PlaceSeen> places;
+  const auto near = [&](const Eigen::Vector2d& at, long column, long row) -> PlaceSeen* {
     for (long x = column - 1; x <= column + 1; ++x) {
       for (long y = row - 1; y <= row + 1; ++y) {
-        const auto near = places.find({x, y});
-        if (near != places.end() && (near->second - place).squaredNorm() < 1) return true;
+        const auto known = places.find({x, y});
+        if (known != places.end() && (known->second.at - at).squaredNorm() < 1) {
+          return &known->second;
+        }
       }
     }
-    return false;
+    return nullptr;
   };
   for (const TableObservation& seen : data.seen) {
     const Eigen::Vector2d& at_mm = data.views[seen.i_view].axis_at.in_mm();
-    const Eigen::Vector2d place = (at_mm - grid.low_mm).cwiseQuotient(same_mm);
-    const long column = std::lround(place.x());
-    const long row = std::lround(place.y());
-    if (!is_known(place, column, row)) places[{column, row}] = place;
+    const Eigen::Vector2d at =
+        (at_mm - grid.low_mm).cwiseQuotient(same_mm).cwiseMax(-kFarthest).cwiseMin(kFarthest);
+    const long column = std::lround(at.x());
+    const long row = std::lround(at.y());
+    if (PlaceSeen* const known = near(at, column, row)) {
+      known->is_seen_again |= known->i_view != seen.i_view;
+    } else {
+      places[{column, row}] = {at, seen.i_view};
+    }
   }
-  return places.size();
-}
-
-/// True if places of the table are looked at twice and more in the mean, with one dot or several:
-/// only then do the looks tell scatter that is larger than stated from short waves of the table,
-/// and with them the slope of its spectrum.
-bool sees_places_again(const TableData& data, const TableGrid& grid) {
-  return data.seen.size() >= 2 * count_places(data, grid);
+  const auto n_again =
+      std::ranges::count_if(places, [](const auto& place) { return place.second.is_seen_again; });
+  return 2 * static_cast<std::size_t>(n_again) >= places.size();
 }
 
 std::vector<Eigen::Vector2d> pairs_of(const VectorXd& v) {

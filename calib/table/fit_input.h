@@ -37,7 +37,7 @@ enum class TableProcess : std::uint8_t {
 struct TableSmoothness {
   TableProcess process = TableProcess::ThinPlate;
   double length = 0;  ///< of the covariance, in longer sides of the grid; a thin plate has none
-  double weight = 0;  ///< 1 over the variance of the process, 1/mm^2
+  double weight = 0;  ///< of the energies of its waves (waves.h), 1/mm^2
 };
 
 struct TableFitOptions {

@@ -65,8 +65,8 @@ Smoother::Smoother(const TableWaves& waves,
   const MatrixXd unbent = holds_.leftCols(2 * TableWaves::kUnbent) / hold;
   const Eigensystem held = eigensystem(unbent.transpose() * unbent);
   const double most = held.values.tail(1).value();
-  const Index n_free = (held.values.array() <= kHeld * kHeld * most).count();
-  free_ = held.vectors.leftCols(n_free);
+  const Index n_held = (held.values.array() > kHeld * kHeld * most).count();
+  held_ = held.vectors.rightCols(n_held);
 }
 
 MatrixXd Smoother::matrix(double weight) const {
@@ -80,19 +80,20 @@ MatrixXd Smoother::matrix(double weight) const {
 ///
 ///   |D + B'B| |N' (1 + B D^-1 B')^-1 N|,   |D + B'B| = |D| |1 + B D^-1 B'|
 ///
-/// D is the energy of bent waves, and [N B] holds the open modes.
+/// D is the energy of bent waves, and [N B] holds the open modes; N of the unbent ones that it
+/// holds.
 double Smoother::log_determinant_of_prior(double weight) const {
   const Index n_unbent = 2 * TableWaves::kUnbent;
   const Index n_bent = waves_.size() - n_unbent;
   const VectorXd energies = weight * energies_.tail(n_bent);
   const MatrixXd bent = holds_.rightCols(n_bent);
-  const MatrixXd unbent = holds_.leftCols(n_unbent);
+  const MatrixXd unbent = holds_.leftCols(n_unbent) * held_;
   MatrixXd of_holds = bent * energies.cwiseInverse().asDiagonal() * bent.transpose();
   of_holds.diagonal().array() += 1;
   const Cholesky held(of_holds);
-  const MatrixXd left =
-      unbent.transpose() * held.solve(unbent) + information_ * free_ * free_.transpose();
-  return energies.array().log().sum() + held.log_determinant() + Cholesky(left).log_determinant();
+  const Cholesky left(unbent.transpose() * held.solve(unbent));
+  if (!held.is_definite() || !left.is_definite()) return std::numeric_limits<double>::quiet_NaN();
+  return energies.array().log().sum() + held.log_determinant() + left.log_determinant();
 }
 
 double Smoother::badness(double weight) const {
@@ -164,8 +165,10 @@ std::optional<LikelySmoothness> most_likely(std::span<const TableWaves> processe
     const Smoother smoother(waves, basis, system, open, before);
     const std::optional<double> weight = smoother.best_weight();
     if (!weight) continue;
-    const double badness = smoother.badness(*weight);
-    if (best && badness > least - kClearlyLess) continue;
+    // All others are held against the first one by the same measure.
+    const bool is_first = &waves == &processes.front();
+    const double badness = smoother.badness(*weight) - (is_first ? kClearlyLess : 0);
+    if (best && badness >= least) continue;
     best = {&waves, *weight};
     least = badness;
   }

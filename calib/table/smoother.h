@@ -57,7 +57,7 @@ class Smoother {
   Eigen::MatrixXd normal_;
   Eigen::MatrixXd holds_;       ///< rows that give the open modes, times the root of their weight
   Eigen::VectorXd right_side_;  ///< with that of the holds
-  Eigen::MatrixXd free_;        ///< of what is not bent, what is not held: orthonormal columns
+  Eigen::MatrixXd held_;        ///< of what is not bent, what is held: orthonormal columns
   double information_ = 1;      ///< of a coefficient, in the mean
 };
 

@@ -64,15 +64,19 @@ std::vector<TablePrediction> predict(const TableData& data,
   options.grid = *grid;
   TableData used = data;
   used.seen.clear();
-  std::vector<int> of_dot(data.dots.size(), 0);
+  std::vector<int> of_pose(data.views.size(), 0);
   for (std::size_t i = 0; i < data.seen.size(); ++i) {
     if (fold_of(i) == i_fold) continue;
     used.seen.push_back(data.seen[i]);
-    if (data.seen[i].i_dot < of_dot.size()) ++of_dot[data.seen[i].i_dot];
+    if (data.seen[i].i_view < data.views.size()) ++of_pose[data.views[data.seen[i].i_view].i_pose];
   }
   std::vector<TablePrediction> out;
   const Expected<TableFit> fit = fit_table(used, options);
   if (!fit) return out;
+  // One look lays a pose on nothing; and a pose without looks has no place in the fit.
+  const auto is_laid = [&](const TableObservation& look) {
+    return of_pose[data.views[look.i_view].i_pose] >= 2;
+  };
   const auto turn_of = [&](const TableObservation& look) {
     return Eigen::Rotation2Dd(fit->poses[data.views[look.i_view].i_pose].angle_rad)
         .toRotationMatrix();
@@ -80,6 +84,7 @@ std::vector<TablePrediction> predict(const TableData& data,
   // Of errors of dots, from the looks at each: 1/mm^2, in the plate's frame.
   std::vector<Eigen::Matrix2d> of_looks(data.dots.size(), Eigen::Matrix2d::Zero());
   for (const TableObservation& look : used.seen) {
+    if (!is_laid(look)) continue;
     const Eigen::Matrix2d turn = turn_of(look);
     of_looks[look.i_dot] += turn.transpose() * look.seen.cov.inverse() * turn;
   }
@@ -87,7 +92,8 @@ std::vector<TablePrediction> predict(const TableData& data,
     if (fold_of(i) != i_fold) continue;
     const TableObservation& look = data.seen[i];
     const PlateDot& dot = data.dots[look.i_dot];
-    if (!dot.is_certified && of_dot[look.i_dot] == 0) continue;
+    const bool is_known = dot.is_certified || !of_looks[look.i_dot].isZero(0);
+    if (!is_known || !is_laid(look)) continue;
     const PlateView& view = data.views[look.i_view];
     const auto lies = place_in(fit->poses[view.i_pose], dot.place + fit->dot_errors[look.i_dot]);
     const Eigen::Vector2d error_mm = lies.in_mm() - view.axis_at.in_mm() -

@@ -167,7 +167,7 @@ void Interpreter::set_unit(const Block& block, LengthUnit unit) {
                      block.line,
                      block.column,
                      quoted(block.text) + " comes behind numbers whose unit it states",
-                     "INCH or METRIC before all dimensions");
+                     "INCH or METRIC, with LZ or TZ, before all dimensions");
   }
   format_.unit = unit;
   if (!header_.states_digits) {
@@ -227,7 +227,12 @@ void Interpreter::header_word(const SourceLine& line) {
       (states_unit && has_motion_)) {
     return report(Code::CommandMisplaced, quoted(block.text), "it between M48 and %");
   }
-  if (!states_unit || !is_late_unit(unit)) {
+  const bool is_late = states_unit && is_late_unit(unit);  // set_unit() says so
+  if (states_unit && has_dimension_ && !states_zeros_ && zeros != format_.zeros && !is_late) {
+    report(Code::ArgumentInvalid,
+           quoted(block.text) + " comes behind numbers whose zeros it states",
+           "INCH or METRIC, with LZ or TZ, before all dimensions");
+  } else if (!is_late) {
     report(Code::HeaderWordInBody, quoted(block.text), "it between M48 and %");
   }
   if (word == "ICI") {

@@ -87,11 +87,10 @@ class HeaderReader {
     const OptionAgain again = compare_options(first, command, header_.format, header_.states_zeros);
     if (again == OptionAgain::More) return false;
     if (again == OptionAgain::Same) return true;
-    reporter_.report(Code::ArgumentInvalid,
-                     line.number,
-                     column_of(line, text),
-                     quoted(text) + " behind " + quoted(first.text()),
-                     "one option, in the header");
+    invalid(line.number,
+            column_of(line, text),
+            quoted(text) + " behind " + quoted(first.text()),
+            "one option, in the header");
     return true;
   }
 
@@ -231,7 +230,7 @@ class HeaderReader {
     if (word == "CAN_TEXT_OFF") {
       Eigen::Vector2d offset_mm = header_.text_offset.in_mm();
       const auto done = read_text_offset(value, header_.format, offset_mm);
-      if (!done) return bad(line, value_column, value, done.error());
+      if (!done) return invalid(line, value_column, quoted(value), done.error());
       header_.text_offset = displacement_mm<frame::Programmed>(offset_mm);
       header_.has_dimension = true;
       return;
@@ -247,11 +246,8 @@ class HeaderReader {
       }
       return;
     }
-    bad(line, value_column, value, word == "VER" ? "VER,1 to VER,8" : "FMAT,1 or FMAT,2");
-  }
-
-  void bad(int line, int column, std::string_view text, std::string expected) {
-    reporter_.report(Code::ArgumentInvalid, line, column, quoted(text), std::move(expected));
+    invalid(
+        line, value_column, quoted(value), word == "VER" ? "VER,1 to VER,8" : "FMAT,1 or FMAT,2");
   }
 
   /// `X#Y#`, both axes.
@@ -273,7 +269,7 @@ class HeaderReader {
       }
       zero_mm[axis] = parsed.value.in_mm();
     }
-    if (!is_point) return bad(line, column, value, "X#Y#");
+    if (!is_point) return invalid(line, column, quoted(value), "X#Y#");
     out = displacement_mm<frame::Programmed>(zero_mm);
     header_.has_dimension = true;
     if (&out != &header_.zero_correction) {  // the zero set is an operation of its own
@@ -293,7 +289,7 @@ class HeaderReader {
                                       : parse_length(value.substr(comma + 1), header_.format);
     if (!index || *index < 1 || *index > 99 || comma + 1 == value.size() ||
         diameter.fault != NumberFault::None) {
-      return bad(line, column, value, "CP,index,diameter with an index from 1 to 99");
+      return invalid(line, column, quoted(value), "CP,index,diameter with an index from 1 to 99");
     }
     header_.compensation_values[*index] = diameter.value;
     header_.has_dimension = true;
@@ -327,19 +323,13 @@ class HeaderReader {
     NumberFormat& format = header_.format;
     if (unit_word_ == word && value.empty()) return;
     if (!unit_word_.empty() && unit_word_ != word) {
-      reporter_.report(Code::ArgumentInvalid,
-                       line,
-                       column,
-                       quoted(word) + " contradicts the " + unit_word_ + " before it",
-                       "one unit for the whole program");
+      invalid(line,
+              column,
+              quoted(word) + " contradicts the " + unit_word_ + " before it",
+              "one unit for the whole program");
     }
-    if (header_.has_dimension && unit_word_ != word) {
-      reporter_.report(Code::ArgumentInvalid,
-                       line,
-                       column,
-                       quoted(word) + " comes behind numbers whose unit it states",
-                       "INCH or METRIC before all dimensions");
-    }
+    const bool is_late = header_.has_dimension && unit_word_ != word;
+    if (is_late) report_late(line, column, quoted(word), "unit");
     unit_word_ = word;
     format.unit = word == "INCH" ? LengthUnit::Inch : LengthUnit::Millimeter;
     if (!digits_from_hint_ && !has_digit_mask_) format.take_usual_digits();
@@ -350,24 +340,36 @@ class HeaderReader {
       const auto comma = value.find(',');
       const std::string_view part = value.substr(0, comma);
       if (part == "LZ" || part == "TZ") {
-        format.zeros = part == "LZ" ? Zeros::LeadingKept : Zeros::TrailingKept;
+        const Zeros zeros = part == "LZ" ? Zeros::LeadingKept : Zeros::TrailingKept;
+        const bool changes = zeros != format.zeros && !header_.states_zeros;
+        if (changes && header_.has_dimension && !is_late) {
+          report_late(line, value_column, quoted(part), "zeros");
+        }
+        format.zeros = zeros;
         has_zeros_word_ = header_.states_zeros = true;
       } else if (is_digit_mask(part)) {
         has_digit_mask_ = format.states_digits = true;
         format.integer_digits = static_cast<int>(part.find('.'));
         format.decimal_digits = static_cast<int>(part.size()) - format.integer_digits - 1;
       } else {
-        reporter_.report(Code::ArgumentInvalid,
-                         line,
-                         value_column,
-                         quoted(part),
-                         "LZ, TZ or digits such as 000.000");
+        invalid(line, value_column, quoted(part), "LZ, TZ or digits such as 000.000");
       }
       header_.format_evidence += "," + std::string(part);
       if (comma == std::string_view::npos) return;
       value.remove_prefix(comma + 1);
       value_column += static_cast<int>(comma) + 1;
     }
+  }
+
+  void invalid(int line, int column, std::string what, std::string expected) {
+    reporter_.report(Code::ArgumentInvalid, line, column, std::move(what), std::move(expected));
+  }
+
+  void report_late(int line, int column, const std::string& what, std::string_view stated) {
+    invalid(line,
+            column,
+            fmt::format("{} comes behind numbers whose {} it states", what, stated),
+            "INCH or METRIC, with LZ or TZ, before all dimensions");
   }
 
   /// CAM systems say in comments what their header does not: `;FILE_FORMAT=4:4` and
@@ -394,11 +396,7 @@ class HeaderReader {
     if (is_inch == is_metric || header_.states_format) return;
     const LengthUnit unit = is_inch ? LengthUnit::Inch : LengthUnit::Millimeter;
     if (header_.has_dimension && unit != header_.format.unit) {
-      reporter_.report(Code::ArgumentInvalid,
-                       line,
-                       1,
-                       quoted(comment) + " comes behind numbers whose unit it states",
-                       "INCH or METRIC before all dimensions");
+      report_late(line, 1, quoted(comment), "unit");
     }
     header_.format.unit = unit;
     if (!digits_from_hint_) header_.format.take_usual_digits();
@@ -437,16 +435,15 @@ class HeaderReader {
     const Tool latest = merged;
     fill_missing(known, merged);
     if (latest == known) return;
-    reporter_.report(Code::ArgumentInvalid,
-                     line.number,
-                     block.column,
-                     quoted(block.text) + " defines the tool differently from before",
-                     "one definition of each tool");
+    invalid(line.number,
+            block.column,
+            quoted(block.text) + " defines the tool differently from before",
+            "one definition of each tool");
   }
 
   void read_switch(int line, int column, std::string_view value, bool& state) {
     if (!value.empty() && value != "ON" && value != "OFF") {
-      reporter_.report(Code::ArgumentInvalid, line, column, quoted(value), "ON or OFF");
+      invalid(line, column, quoted(value), "ON or OFF");
     }
     state = value != "OFF";
   }

@@ -115,11 +115,16 @@ Look look_at(std::string_view bytes) {
   return {true, calls_patterns};
 }
 
-/// A number format in a comment behind a block would be lost with the comment.
+/// A number format in brackets, or behind a block, would be lost with the comment.
 bool states_format(std::string_view comment) {
+  constexpr std::string_view kFile = "FILE_FORMAT";
   std::string capitals(comment);
   std::ranges::transform(capitals, capitals.begin(), in_capitals);
-  return digits_of_comment(capitals) || capitals.find("FORMAT={") != capitals.npos;
+  const auto at = capitals.find(kFile);
+  const bool is_file_format =
+      at != capitals.npos &&
+      trimmed(std::string_view(capitals).substr(at + kFile.size())).starts_with('=');
+  return is_file_format || capitals.find("FORMAT={") != capitals.npos;
 }
 
 /// A long message, behind the slash of block delete as well.
@@ -278,14 +283,6 @@ bool is_block(std::string_view line) {
   return is_known && (first.letter == 'X' || first.letter == 'Y' || !first.number.empty());
 }
 
-/// A name in front of the header: `%PROG12`. Other languages have no M48.
-bool may_begin_below(LineCursor cursor) {
-  while (!cursor.at_end()) {
-    if (trimmed(cursor.next().text) == "M48") return true;
-  }
-  return false;
-}
-
 /// With the line as it is written, not as it was respelled.
 ForeignText as_written(std::string_view head, ForeignText foreign) {
   LineCursor source(head);
@@ -318,7 +315,7 @@ ForeignText find_foreign(std::string_view bytes) {
     if (is_block(line)) return {};
     const bool opens_another = line.front() == '%';
     if (first.line == 0 || opens_another) first.line = number;
-    if (opens_another) return may_begin_below(cursor) ? ForeignText{} : as_written(head, first);
+    if (opens_another) break;
   }
   return first.line == 0 ? first : as_written(head, first);
 }

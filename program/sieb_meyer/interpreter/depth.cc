@@ -97,7 +97,7 @@ void Interpreter::judge_control(int line) {
   reporter_.report(Code::DepthControlAssumed,
                    line,
                    1,
-                   "G83 from before G71 and G70 holds on",
+                   "G83 from before G70 holds on",
                    "G82 or G83 behind G70");
 }
 

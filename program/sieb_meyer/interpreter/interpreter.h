@@ -320,7 +320,7 @@ class Interpreter {
   DepthOfCut ramp_start_;                ///< the cut before this line
   bool depth_control_ = false;           ///< G83, without regard to G71
   bool is_surface_suspended_ = false;    ///< G82 under G71
-  bool doubts_control_ = false;          ///< G83 holds from before G71 and G70
+  bool doubts_control_ = false;          ///< G83 holds from before G70
   bool skips_surface_ = false;           ///< G77, for one line
   bool takes_surface_late_ = false;      ///< L behind the last T0 line
   std::optional<Length> probing_depth_;  ///< BOTK, TOPK

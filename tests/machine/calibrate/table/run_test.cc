@@ -267,6 +267,28 @@ TEST(TableRun, ADotsOwnUncertaintyIsNoScatter) {
   EXPECT_NEAR(sum / n, 1, 0.12);  // 1.4 with the dots taken for certain
 }
 
+/// Nothing says where the plate lies in a pose of one look, if that one is to be predicted.
+TEST(TableRun, TheOnlyLookOfAPoseIsNotPredicted) {
+  Random random(1);
+  const auto plate = test::simulated_plate(5, 60, false, 0, random);
+  TableData data;
+  for (const double angle_rad : {0.0, std::numbers::pi / 2}) {
+    test::look(plate, {angle_rad, {150, 150}}, test::smooth_warp_mm, 5e-4, random, data);
+  }
+  data.views.push_back({position_mm<frame::Machine>(100, 100), 2});
+  data.seen.push_back({data.views.size() - 1, 0, data.seen.front().seen});
+  TableFitOptions options;
+  options.steps = 4;
+  std::size_t n_predicted = 0;
+  for (std::size_t i_fold = 0; i_fold < internal::kTableFolds; ++i_fold) {
+    for (const auto& one : internal::predict(data, options, i_fold)) {
+      EXPECT_LT(one.i_look + 1, data.seen.size());
+      ++n_predicted;
+    }
+  }
+  EXPECT_GT(n_predicted, 40U);
+}
+
 TEST(TableRun, ALittleMoreScatterThanStatedIsCountedToo) {
   // 1.2 times, 1.44 in squares: of 162 coordinates chance makes more than 1.26 once in 100. Of 12
   // seeds nearly all have to show it, and the sigma they state has to be about the true one.

@@ -139,6 +139,17 @@ TEST(ProgramDiagnostics, OptionsThatComeAgain) {
   EXPECT_EQ(more.holes().front().nominal_inch(), Eigen::Vector2d(1, 2));
 }
 
+TEST(ProgramDiagnostics, ZerosBehindNumbersThatTheyTellHowToRead) {
+  for (const char* head :
+       {"M48\nMETRIC\nT1C00800\n%\nT1\n", "M48\nMETRIC\n%\nT1\nG93X0001Y0001\n"}) {
+    const auto run = run_program(std::string(head) + "METRIC,TZ\nX1000Y1000\nM30\n");
+    EXPECT_THAT(run.diagnostics, testing::Contains(testing::HasSubstr("error[argument-invalid]")));
+    EXPECT_FALSE(run_program(std::string(head) + "METRIC,LZ\nX1000Y1000\nM30\n").has_errors);
+  }
+  EXPECT_EQ(run_program("M48\nMETRIC\nT1C00800\nMETRIC,TZ\n%\nT1\nX1.Y1.\nM30\n").diagnostics,
+            Texts{"p.exc:4:8: error[argument-invalid]"});
+}
+
 /// Incremental input from a header command in the body, as by G91.
 TEST(ProgramDiagnostics, IncrementalInputBeginsWhereItStands) {
   const auto run = run_program(metric("T1\nX1.Y1.\nICI,ON\nX1.\nICI,ON\nX1.\nM30\n"));

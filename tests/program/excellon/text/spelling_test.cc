@@ -13,6 +13,7 @@ namespace panelcal::excellon {
 namespace {
 
 using Texts = std::vector<std::string>;
+using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -85,10 +86,16 @@ TEST(Spelling, ACommentThatStatesTheFormatIsRefused) {
   EXPECT_THAT(
       out.diagnostics,
       ElementsAre("p.exc:1:8: error[argument-invalid]", "p.exc:2:6: error[argument-invalid]"));
+  for (const char* comment :
+       {"(FILE_FORMAT=4:2)", "X2. (File_Format = 3:3)", "X1.;FILE_FORMAT=?"}) {
+    EXPECT_THAT(respelled(std::string(comment) + "\n").diagnostics,
+                Contains(testing::HasSubstr("error[argument-invalid]")))
+        << comment;
+  }
 }
 
 TEST(Spelling, ACommentThatOnlyHasTheWordFormatIsAComment) {
-  for (const char* comment : {"(PLATING INFORMATION)", ";FORMAT 3.3", ";FILE_FORMAT=none"}) {
+  for (const char* comment : {"(PLATING INFORMATION)", ";FORMAT 3.3", "(FILE_FORMAT)"}) {
     EXPECT_THAT(respelled(std::string("X1. ") + comment + "\n").diagnostics,
                 ElementsAre("p.exc:1:5: warning[notation-accepted]"))
         << comment;
@@ -155,7 +162,7 @@ TEST(Foreign, APercentThatGoesOnOpensAnotherLanguage) {
   EXPECT_EQ(foreign("%5000\nX1.Y1.T1\n$\n"), "1: %5000");
   EXPECT_EQ(foreign("DEMO\n  %FSLAX24Y24*%\nX1.\n"), "2: %FSLAX24Y24*%");
   EXPECT_EQ(foreign("M48\n%5000\n"), "a program");
-  EXPECT_EQ(foreign("%PROG12\n; left\nm48\nMETRIC,TZ\n"), "a program");
+  EXPECT_EQ(foreign("%PROG12\nM48\nMETRIC,TZ\n"), "1: %PROG12");
 }
 
 TEST(Foreign, OneBlockIsEnough) {
