@@ -94,11 +94,8 @@ void Interpreter::suspend_surface(const Block& block, const Order& order) {
 /// depth control" in the example of 10.1, where no G83 stands before.
 void Interpreter::judge_control(int line) {
   if (!std::exchange(doubts_control_, false)) return;
-  reporter_.report(Code::DepthControlAssumed,
-                   line,
-                   1,
-                   "G83 from before G70 holds on",
-                   "G82 or G83 behind G70");
+  reporter_.report(
+      Code::DepthControlAssumed, line, 1, "G83 from before G70 holds on", "G82 or G83 behind G70");
 }
 
 bool Interpreter::uses_surface() const {
