@@ -29,9 +29,8 @@ struct TableData {
 
 /// The Gaussian process that a table's error is taken for, but for what is linear in the place.
 enum class TableProcess : std::uint8_t {
-  ThinPlate,           ///< of a plate's bending energy: waves of every length
-  Matern,              ///< Matern's covariance, 5/2: bent everywhere, without a jump
-  SquaredExponential,  ///< long waves only
+  ThinPlate,  ///< of a plate's bending energy: waves of every length
+  Matern,     ///< Matern's covariance, 5/2: bent everywhere, without a jump
 };
 
 struct TableSmoothness {

@@ -17,11 +17,10 @@ constexpr std::array kLengths = {0.1, 0.2, 0.4, 0.8, 1.6};
 /// Variances that are rounding beside the largest.
 constexpr double kRoundingOfVariances = 1e-10;
 
-/// In     distance: in lengths of the process
-double correlation(TableProcess process, double distance) {
-  if (process == TableProcess::SquaredExponential) return std::exp(-0.5 * distance * distance);
+/// Matern's, 5/2. In lengths of the process.
+double correlation(double distance) {
   const double scaled = std::sqrt(5.0) * distance;
-  return (1 + scaled + scaled * scaled / 3) * std::exp(-scaled);  // Matern's, 5/2
+  return (1 + scaled + scaled * scaled / 3) * std::exp(-scaled);
 }
 
 }  // namespace
@@ -35,7 +34,7 @@ TableWaves plate_waves(const TableBasis& basis) {
   return waves;
 }
 
-TableWaves process_waves(const TableBasis& basis, TableProcess process, double length) {
+TableWaves matern_waves(const TableBasis& basis, double length) {
   constexpr Index kUnbent = TableWaves::kUnbent;
   const Index n = basis.grid.n_coefficients();
   const Index n_columns = basis.grid.nx + 3;
@@ -52,7 +51,7 @@ TableWaves process_waves(const TableBasis& basis, TableProcess process, double l
     linear.row(i) << 1, place(i).transpose();
     for (Index j = 0; j <= i; ++j) {
       const double distance = step_in_lengths.cwiseProduct(place(i) - place(j)).norm();
-      cov(i, j) = cov(j, i) = correlation(process, distance);
+      cov(i, j) = cov(j, i) = correlation(distance);
     }
   }
   const OrthogonalTriangular parts(linear);
@@ -61,7 +60,8 @@ TableWaves process_waves(const TableBasis& basis, TableProcess process, double l
       eigensystem(parts.turned(cov).bottomRightCorner(n - kUnbent, n - kUnbent));
   const double most = bent.values.tail(1).value();
   const Index n_kept = (bent.values.array() > kRoundingOfVariances * most).count();
-  TableWaves waves{process, length, MatrixXd(n, kUnbent + n_kept), VectorXd(kUnbent + n_kept)};
+  TableWaves waves{
+      TableProcess::Matern, length, MatrixXd(n, kUnbent + n_kept), VectorXd(kUnbent + n_kept)};
   waves.shapes << q.leftCols(kUnbent),
       (q.rightCols(n - kUnbent) * bent.vectors.rightCols(n_kept)).rowwise().reverse();
   waves.energies << VectorXd::Zero(kUnbent),
@@ -71,9 +71,7 @@ TableWaves process_waves(const TableBasis& basis, TableProcess process, double l
 
 std::vector<TableWaves> all_waves(const TableBasis& basis) {
   std::vector<TableWaves> all = {plate_waves(basis)};
-  for (const TableProcess process : {TableProcess::Matern, TableProcess::SquaredExponential}) {
-    for (const double length : kLengths) all.push_back(process_waves(basis, process, length));
-  }
+  for (const double length : kLengths) all.push_back(matern_waves(basis, length));
   return all;
 }
 

@@ -33,7 +33,7 @@ TableWaves plate_waves(const TableBasis& basis);
 /// alike everywhere has none. Coefficients are the values of a process at their places, so the
 /// error is that process seen through a B-spline. Source Rasmussen and Williams 2006, Gaussian
 /// Processes for Machine Learning, 4.2.1
-TableWaves process_waves(const TableBasis& basis, TableProcess process, double length);
+TableWaves matern_waves(const TableBasis& basis, double length);
 
 /// All that a table is held against: a thin plate first.
 std::vector<TableWaves> all_waves(const TableBasis& basis);

@@ -117,7 +117,7 @@ TEST(TableFit, IsSmootherThanAPlateOnlyWherePlacesAreSeenAgain) {
   };
   const auto again = fit_table(three_looks(waves, 8), {});
   ASSERT_TRUE(again) << again.error().text();
-  EXPECT_EQ(again->smoothness.process, TableProcess::SquaredExponential);
+  EXPECT_EQ(again->smoothness.process, TableProcess::Matern);
   const auto once = fit_table(one_look(waves, 0.0005, 8), {});
   ASSERT_TRUE(once) << once.error().text();
   EXPECT_EQ(once->smoothness.process, TableProcess::ThinPlate);
