@@ -286,7 +286,7 @@ TEST(TableRun, TheOnlyLookOfAPoseIsNotPredicted) {
       ++n_predicted;
     }
   }
-  EXPECT_GT(n_predicted, 40U);
+  EXPECT_GE(n_predicted, 40U);  // of 50: some dots have no other look
 }
 
 TEST(TableRun, ALittleMoreScatterThanStatedIsCountedToo) {
