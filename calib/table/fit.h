@@ -75,10 +75,10 @@ Expected<TableGrid> table_grid(const TableData& data, const TableFitOptions& opt
 /// Out    map, covariance, geometry, residuals, held-out check
 /// Fails  calibration-data (an index out of range, a number that is not finite, a covariance that
 ///        is not positive definite; too few observations; nothing about the table determined)
-/// Cost   15 x 15 looks, 10 steps: 0.3 s, thrice the places: 0.2 s more for the processes; grows
-/// with the sixth power of the steps Source Wahba 1990; Harville 1974 (REML); Raugh 1985; Ye,
-/// Takac, Berglund, Owen, Pease 1997 See    tests/calib/table/fit_test.cc,
-/// tests/calib/table/self_calibration_test.cc
+/// Cost   15 x 15 looks, 10 steps: 0.3 s, more where several processes are tried; grows with the
+///        sixth power of the steps
+/// Source Wahba 1990; Harville 1974 (REML); Raugh 1985; Ye, Takac, Berglund, Owen, Pease 1997
+/// See    tests/calib/table/fit_test.cc, tests/calib/table/self_calibration_test.cc
 Expected<TableFit> fit_table(const TableData& data, const TableFitOptions& options);
 
 }  // namespace panelcal

@@ -60,6 +60,7 @@ Smoother::Smoother(const TableWaves& waves,
   const double hold = std::sqrt(information_ * static_cast<double>(basis.size()));
   const MatrixXd functionals = open.combinations.transpose() * basis.functionals;
   holds_ = hold * of_waves(waves.shapes, functionals.transpose()).transpose();
+  held_normal_ = normal_ + holds_.transpose() * holds_;
   right_side_ = of_waves(waves.shapes, system.right_side()) +
                 holds_.transpose() * (hold * (functionals * before));
   const MatrixXd unbent = holds_.leftCols(2 * TableWaves::kUnbent) / hold;
@@ -70,7 +71,7 @@ Smoother::Smoother(const TableWaves& waves,
 }
 
 MatrixXd Smoother::matrix(double weight) const {
-  MatrixXd out = normal_ + holds_.transpose() * holds_;
+  MatrixXd out = held_normal_;
   out.diagonal() += weight * energies_;
   return out;
 }
@@ -106,7 +107,7 @@ double Smoother::badness(double weight) const {
   return std::isfinite(badness) ? badness : kWorst;
 }
 
-std::optional<double> Smoother::best_weight() const {
+std::optional<LikelyWeight> Smoother::best_weight() const {
   const auto badness_at = [&](double log_weight) { return badness(std::exp(log_weight)); };
   const double golden = (std::sqrt(5.0) - 1) / 2;
   double low = std::log(kLeastWeight * information_ / energies_.mean());
@@ -130,8 +131,9 @@ std::optional<double> Smoother::best_weight() const {
       at_b = badness_at(b);
     }
   }
-  if (!std::isfinite(std::min(at_a, at_b))) return std::nullopt;
-  return std::exp(at_a < at_b ? a : b);
+  const double least = std::min(at_a, at_b);
+  if (!std::isfinite(least)) return std::nullopt;
+  return LikelyWeight{std::exp(at_a < at_b ? a : b), least};
 }
 
 std::optional<TableSolution> Smoother::solve(double weight) const {
@@ -163,13 +165,13 @@ std::optional<LikelySmoothness> most_likely(std::span<const TableWaves> processe
   double least = std::numeric_limits<double>::infinity();
   for (const TableWaves& waves : processes) {
     const Smoother smoother(waves, basis, system, open, before);
-    const std::optional<double> weight = smoother.best_weight();
-    if (!weight) continue;
+    const std::optional<LikelyWeight> found = smoother.best_weight();
+    if (!found) continue;
     // All others are held against the first one by the same measure.
     const bool is_first = &waves == &processes.front();
-    const double badness = smoother.badness(*weight) - (is_first ? kClearlyLess : 0);
+    const double badness = found->badness - (is_first ? kClearlyLess : 0);
     if (best && badness >= least) continue;
-    best = {&waves, *weight};
+    best = {&waves, found->weight};
     least = badness;
   }
   return best;

@@ -22,6 +22,12 @@ struct TableSolution {
   double taken_up = 0;    ///< trace of 2 H - H^2: so much less than their number residuals are
 };
 
+/// A weight, and its Smoother::badness().
+struct LikelyWeight {
+  double weight = 0;
+  double badness = 0;
+};
+
 /// Normal equations with the energy of a process's waves, D.
 ///
 ///   (S + weight D) x = s,   open modes held
@@ -38,7 +44,7 @@ class Smoother {
 
   /// Place of the maximum of the data's restricted likelihood, by golden sections; absent where no
   /// weight makes the equations definite.
-  std::optional<double> best_weight() const;
+  std::optional<LikelyWeight> best_weight() const;
   /// Minus twice the logarithm of the restricted likelihood, but for a constant, which is the same
   /// for all processes; infinite where the equations are not definite.
   ///
@@ -55,10 +61,11 @@ class Smoother {
   // In waves instead of coefficients:
   Eigen::VectorXd energies_;  ///< x and y by turns
   Eigen::MatrixXd normal_;
-  Eigen::MatrixXd holds_;       ///< rows that give the open modes, times the root of their weight
-  Eigen::VectorXd right_side_;  ///< with that of the holds
-  Eigen::MatrixXd held_;        ///< of what is not bent, what is held: orthonormal columns
-  double information_ = 1;      ///< of a coefficient, in the mean
+  Eigen::MatrixXd held_normal_;  ///< with that of the holds
+  Eigen::MatrixXd holds_;        ///< rows that give the open modes, times the root of their weight
+  Eigen::VectorXd right_side_;   ///< with that of the holds
+  Eigen::MatrixXd held_;         ///< of what is not bent, what is held: orthonormal columns
+  double information_ = 1;       ///< of a coefficient, in the mean
 };
 
 /// A process and its weight.
