@@ -31,8 +31,9 @@ TableWaves plate_waves(const TableBasis& basis);
 ///
 /// A thin plate has its natural edges, at which no table keeps to straight lines; a process that is
 /// alike everywhere has none. Coefficients are the values of a process at their places, so the
-/// error is that process seen through a B-spline. Source Rasmussen and Williams 2006, Gaussian
-/// Processes for Machine Learning, 4.2.1
+/// error is that process seen through a B-spline.
+///
+/// Source Rasmussen and Williams 2006, Gaussian Processes for Machine Learning, 4.2.1
 TableWaves matern_waves(const TableBasis& basis, double length);
 
 /// All that a table is held against: a thin plate first.

@@ -22,8 +22,8 @@ std::optional<BodyUnit> find_body_unit(LineCursor body, ProgramSet set) {
     const bool is_inch = word == "INCH" || word == inch_code;
     if (!is_inch && word != "METRIC" && word != "M71") continue;
     BodyUnit found{line.number, text, is_inch ? LengthUnit::Inch : LengthUnit::Millimeter, {}};
-    if (value == "LZ") found.zeros = Zeros::LeadingKept;
-    if (value == "TZ") found.zeros = Zeros::TrailingKept;
+    const std::optional<FormatWords> words = read_format_words(value);
+    if (words && !words->digits) found.zeros = words->zeros;
     return found;
   }
   return std::nullopt;
