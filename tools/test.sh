@@ -7,10 +7,10 @@
 # --strict      a skipped test is a failure, as .ci/run wants it
 # --sanitizers  the quick tests but for the longest, built by clang with its sanitizers; they find
 #               accesses out of bounds
-# --nightly     everything, for a timer: also the statistics over many trials, every header by
-#               itself, ten minutes of fuzzing a reader; strict. A stage that fails does not stop
-#               the next ones; the summary has a line for each. The last result is in
-#               tests/bench/README.md.
+# --nightly     everything, for a timer: also the statistics over many trials, every header and
+#               every source by itself, ten minutes of fuzzing a reader; strict. A stage that fails
+#               does not stop the next ones; the summary has a line for each. The last result is
+#               in tests/bench/README.md.
 set -euo pipefail
 . "$(dirname "${BASH_SOURCE[0]}")/setup.sh"
 
@@ -77,6 +77,12 @@ test_threads() {
     "$root/build/tsan/tools/panelcal" "$root"
 }
 
+# Other builds compile many sources as one, which hides what a source forgets to include.
+test_sources() {
+  step "configure without unity" cmake -S "$root" --preset debug
+  step "every source by itself" cmake --build "$root/build/debug" --target panelcal
+}
+
 summary=()
 n_failed=0
 
@@ -101,6 +107,7 @@ stage() {
 test_all() {
   stage "all tests" test_release ON "$@"
   stage "headers" step "every header by itself" build all_verify_interface_header_sets
+  stage "sources" test_sources
   stage "tests with sanitizers" test_sanitized "$@"
   stage "threads" test_threads
   stage "fuzzing" step "fuzz each reader for ten minutes" "$root/tools/fuzz.sh" 600
