@@ -62,6 +62,7 @@ test_release() {
 long_with_sanitizers='^(machine\.(TableNights|TrialNights|SurfaceNights)\.|install\.|demo\.survives_kill)'
 long_with_sanitizers+='|^machine\.(TableRun\.(TheDraft|ALittleMore|AWildLook)|PlatePicturesTest\.GivesTheTables)'
 long_with_sanitizers+='|^surface\.ProbePlan\.(NeedsMore|FindsUnsure|SaysWhatCannot)'
+long_with_sanitizers+='|^calib\.TableSelfCalibration\.StopsBeside|^program\.CarryArc\.(Strong|TheTrueImage)'
 
 test_sanitized() {
   step "configure with sanitizers" cmake -S "$root" --preset asan
