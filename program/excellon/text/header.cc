@@ -4,7 +4,8 @@
 #include <optional>
 #include <utility>
 
-#include "program/excellon/text/body_unit.h"
+#include "program/excellon/text/format_choice.h"
+#include "program/excellon/text/header_format.h"
 #include "program/excellon/text/lexer.h"
 #include "program/excellon/text/spelling.h"
 #include "program/excellon/text/tools.h"
@@ -28,9 +29,13 @@ class HeaderReader {
  public:
   HeaderReader(const std::string& file,
                std::string_view bytes,
-               const std::vector<Tool>& diameter_page,
+               const FormatStart& start,
+               const ReadOptions& reading,
                DiagnosticLog& log)
-      : cursor_(bytes), reporter_(file, log), diameter_page_(diameter_page) {}
+      : cursor_(bytes),
+        reporter_(file, log),
+        diameter_page_(reading.diameter_page),
+        format_(header_, reporter_, start, reading) {}
 
   Header read() {
     while (true) {
@@ -41,7 +46,7 @@ class HeaderReader {
       if (ahead == HeaderAhead::Start) read_between_marks();
     }
     find_body();
-    if (!header_.states_format && !header_.has_dimension) look_for_unit();
+    format_.read_body(LineCursor(cursor_.text(), header_.body));
     return std::move(header_);
   }
 
@@ -53,7 +58,7 @@ class HeaderReader {
       const std::string_view text = trimmed(line.text);
       if (text.empty() || text == "%") continue;
       if (text.front() == ';') {
-        read_comment(line.number, text);
+        format_.read_comment(line.number, text);
         continue;
       }
       if (text == "M48") {
@@ -123,7 +128,7 @@ class HeaderReader {
       const std::string_view text = trimmed(line.text);
       if (text.empty()) continue;
       if (text.front() == ';') {
-        read_comment(line.number, text);
+        format_.read_comment(line.number, text);
         continue;
       }
       if (text != "%" || !std::exchange(may_rewind, false)) return;
@@ -131,21 +136,10 @@ class HeaderReader {
     }
   }
 
-  /// Outputs state the unit in their header.
-  void look_for_unit() {
-    const auto stated = find_body_unit(LineCursor(cursor_.text(), header_.body), header_.set);
-    if (!stated) return;
-    header_.body_format = header_.format;
-    header_.body_format->unit = stated->unit;
-    if (!header_.states_digits) header_.body_format->take_usual_digits();
-    if (stated->zeros) header_.body_format->zeros = *stated->zeros;
-    header_.format_evidence = fmt::format("line {}: {}", stated->line, stated->text);
-  }
-
   void read_line(const SourceLine& line, std::string_view text) {
     if (text.empty()) return;
     const int column = column_of(line, text);
-    if (text.front() == ';') return read_comment(line.number, text);
+    if (text.front() == ';') return format_.read_comment(line.number, text);
     if (text.front() == 'T' && text.size() > 1 && text[1] >= '0' && text[1] <= '9') {
       return read_tool(line);
     }
@@ -159,7 +153,7 @@ class HeaderReader {
       return;
     }
     if (text == "M71" || text == "M72") {
-      return read_unit(line.number, column, text == "M71" ? "METRIC" : "INCH", {});
+      return format_.read_unit(line.number, column, {text == "M71" ? "METRIC" : "INCH", {}});
     }
     const bool is_spaced = text.find_first_of(" \t") != std::string_view::npos;
     if (is_spaced && text.find(';') == std::string_view::npos && is_header_word(text)) {
@@ -216,7 +210,7 @@ class HeaderReader {
       case HeaderWordKind::Handled:
         break;
     }
-    if (word == "INCH" || word == "METRIC") return read_unit(line, column, word, value);
+    if (word == "INCH" || word == "METRIC") return format_.read_unit(line, column, {word, value});
     if (word == "ICI") return read_switch(line, value_column, value, header_.incremental);
     if (word == "OM48") return read_switch(line, value_column, value, header_.body_rules);
     if (word == "BLKD") {
@@ -319,100 +313,8 @@ class HeaderReader {
                                   : "did you mean " + quoted(near) + "?");
   }
 
-  void read_unit(int line, int column, std::string_view word, std::string_view value) {
-    NumberFormat& format = header_.format;
-    if (unit_word_ == word && value.empty()) return;
-    if (!unit_word_.empty() && unit_word_ != word) {
-      invalid(line,
-              column,
-              quoted(word) + " contradicts the " + unit_word_ + " before it",
-              "one unit for the whole program");
-    }
-    const bool is_late = header_.has_dimension && unit_word_ != word;
-    if (is_late) report_late(line, column, quoted(word), "unit");
-    unit_word_ = word;
-    format.unit = word == "INCH" ? LengthUnit::Inch : LengthUnit::Millimeter;
-    if (!digits_from_hint_ && !has_digit_mask_) format.take_usual_digits();
-    header_.states_format = true;
-    header_.format_evidence = "line " + std::to_string(line) + ": " + std::string(word);
-    int value_column = column + static_cast<int>(word.size()) + 1;
-    while (!value.empty()) {
-      const auto comma = value.find(',');
-      const std::string_view part = value.substr(0, comma);
-      if (part == "LZ" || part == "TZ") {
-        const Zeros zeros = part == "LZ" ? Zeros::LeadingKept : Zeros::TrailingKept;
-        const bool changes = zeros != format.zeros && !header_.states_zeros;
-        if (changes && header_.has_dimension && !is_late) {
-          report_late(line, value_column, quoted(part), "zeros");
-        }
-        format.zeros = zeros;
-        has_zeros_word_ = header_.states_zeros = true;
-      } else if (is_digit_mask(part)) {
-        has_digit_mask_ = format.states_digits = true;
-        format.integer_digits = static_cast<int>(part.find('.'));
-        format.decimal_digits = static_cast<int>(part.size()) - format.integer_digits - 1;
-      } else {
-        invalid(line, value_column, quoted(part), "LZ, TZ or digits such as 000.000");
-      }
-      header_.format_evidence += "," + std::string(part);
-      if (comma == std::string_view::npos) return;
-      value.remove_prefix(comma + 1);
-      value_column += static_cast<int>(comma) + 1;
-    }
-  }
-
   void invalid(int line, int column, std::string what, std::string expected) {
     reporter_.report(Code::ArgumentInvalid, line, column, std::move(what), std::move(expected));
-  }
-
-  void report_late(int line, int column, const std::string& what, std::string_view stated) {
-    invalid(line,
-            column,
-            fmt::format("{} comes behind numbers whose {} it states", what, stated),
-            "INCH or METRIC, with LZ or TZ, before all dimensions");
-  }
-
-  /// CAM systems say in comments what their header does not: `;FILE_FORMAT=4:4` and
-  /// `; FORMAT={3:3/ absolute / metric / suppress leading zeros}`.
-  void read_comment(int line, std::string_view text) {
-    take_digits(line, text);
-    const auto at = text.find("FORMAT={");
-    if (at == std::string_view::npos || text.find("FILE_FORMAT") != std::string_view::npos) return;
-    const std::string_view body = text.substr(at + 8, text.find('}', at) - at - 8);
-    take_unit(line, body, text);
-    const bool suppress_leading = body.find("suppress leading") != std::string_view::npos;
-    const bool suppress_trailing = body.find("suppress trailing") != std::string_view::npos;
-    if (body.find("incremental") != std::string_view::npos) header_.incremental = true;
-    if (has_zeros_word_) return;  // the header's own LZ or TZ rules over a comment
-    header_.states_zeros |= suppress_leading || suppress_trailing;
-    if (suppress_leading) header_.format.zeros = Zeros::TrailingKept;
-    if (suppress_trailing) header_.format.zeros = Zeros::LeadingKept;
-  }
-
-  /// INCH and METRIC in the header rule over a comment.
-  void take_unit(int line, std::string_view hint, std::string_view comment) {
-    const bool is_inch = hint.find("inch") != std::string_view::npos;
-    const bool is_metric = hint.find("metric") != std::string_view::npos;
-    if (is_inch == is_metric || header_.states_format) return;
-    const LengthUnit unit = is_inch ? LengthUnit::Inch : LengthUnit::Millimeter;
-    if (header_.has_dimension && unit != header_.format.unit) {
-      report_late(line, 1, quoted(comment), "unit");
-    }
-    header_.format.unit = unit;
-    if (!digits_from_hint_) header_.format.take_usual_digits();
-    header_.states_format = true;
-    header_.format_evidence = "line " + std::to_string(line) + ": " + std::string(comment);
-  }
-
-  void take_digits(int line, std::string_view comment) {
-    const auto pair = digits_of_comment(comment);
-    // `-:-` says that every number has its point; the header's own digits rule over a comment.
-    if (!pair || has_digit_mask_) return;
-    header_.format.integer_digits = pair->first;
-    header_.format.decimal_digits = pair->second;
-    header_.format_evidence = "line " + std::to_string(line) + ": " + std::string(comment);
-    header_.states_digits = header_.format.states_digits = true;
-    digits_from_hint_ = true;
   }
 
   void read_tool(const SourceLine& line) {
@@ -462,23 +364,28 @@ class HeaderReader {
   Reporter reporter_;
   const std::vector<Tool>& diameter_page_;
   Header header_;
+  HeaderFormat format_;
   int start_line_ = 0;
   bool has_read_ = false;  ///< a header, or a command of it
-  bool digits_from_hint_ = false;
-  bool has_zeros_word_ = false;
-  bool has_digit_mask_ = false;
-  std::string unit_word_;
 };
 
 }  // namespace
 
-Header read_header(const SourceText& source,
-                   const std::vector<Tool>& diameter_page,
-                   DiagnosticLog& log) {
+Header read_header(const SourceText& source, const ReadOptions& reading, DiagnosticLog& log) {
   Spelling spelling = respell(source.bytes, Reporter(source.file, log));
   const std::string_view bytes =
       spelling.text.empty() ? source.bytes : std::string_view(spelling.text);
-  Header header = HeaderReader(source.file, bytes, diameter_page, log).read();
+  const auto read = [&](const FormatStart& start, DiagnosticLog& to) {
+    return HeaderReader(source.file, bytes, start, reading, to).read();
+  };
+  FormatStart start = stated_start(reading);
+  if (!start.knows_unit || !start.knows_zeros) {
+    // Tool data before the line that states the unit, or none: the numbers say how to read them.
+    DiagnosticLog unheard;
+    const Header draft = read(start, unheard);
+    start = choose_format(bytes, draft, std::move(start), reading, Reporter(source.file, log));
+  }
+  Header header = read(start, log);
   header.calls_patterns = spelling.calls_patterns;
   header.respelled = std::move(spelling.text);
   return header;
