@@ -9,6 +9,7 @@
 #include "program/excellon/interpreter/interpreter.h"
 #include "program/excellon/patterns/stored_patterns.h"
 #include "program/excellon/text/header.h"
+#include "program/excellon/text/header_reader.h"
 #include "program/excellon/text/spelling.h"
 #include "program/text/decimal_points.h"
 

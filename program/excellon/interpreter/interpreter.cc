@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "program/excellon/text/comment_format.h"
+#include "program/excellon/text/header_words.h"
 
 namespace panelcal::excellon {
 namespace {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "program/excellon/interpreter/interpreter.h"
+#include "program/excellon/text/header_words.h"
 #include "program/model/setting_lengths.h"
 
 namespace panelcal::excellon {

@@ -14,7 +14,7 @@ namespace panelcal::excellon {
 namespace {
 
 /// Factor of a mantissa of this number of digits, in units.
-double scale_of(std::size_t n_digits, const NumberFormat& format) {
+double scale_of_digits(std::size_t n_digits, const NumberFormat& format) {
   const int exponent = format.zeros == Zeros::TrailingKept
                            ? format.decimal_digits
                            : static_cast<int>(n_digits) - format.integer_digits;
@@ -178,8 +178,8 @@ WrittenNumbers::Extent WrittenNumbers::in(const NumberFormat& format) const {
   for (std::size_t n = 1; n <= kMostDigits; ++n) {
     const OfLength& of = bare_.at(n);
     if (of.n == 0) continue;
-    least = std::min(least, static_cast<double>(of.least) * scale_of(n, format));
-    most = std::max(most, static_cast<double>(of.most) * scale_of(n, format));
+    least = std::min(least, static_cast<double>(of.least) * scale_of_digits(n, format));
+    most = std::max(most, static_cast<double>(of.most) * scale_of_digits(n, format));
   }
   const double unit_mm = format.one_unit().in_mm();
   return {least * unit_mm, most * unit_mm};
@@ -192,7 +192,8 @@ bool WrittenNumbers::mean_the_same_in(const NumberFormat& a, const NumberFormat&
   for (std::size_t n = 1; n <= kMostDigits; ++n) {
     const OfLength& of = bare_.at(n);
     const bool is_nothing = of.n == 0 || (of.least == 0 && of.most == 0);
-    if (!is_nothing && (a.unit != b.unit || scale_of(n, a) != scale_of(n, b))) return false;
+    if (!is_nothing && (a.unit != b.unit || scale_of_digits(n, a) != scale_of_digits(n, b)))
+      return false;
   }
   return true;
 }

@@ -6,7 +6,7 @@
 #include <iterator>
 
 #include "calib/base/diagnostic.h"
-#include "program/excellon/text/header.h"
+#include "program/excellon/text/header_words.h"
 #include "program/excellon/text/lexer.h"
 #include "program/sieb_meyer/text/cnc_commands.h"
 #include "program/sieb_meyer/text/lexer.h"

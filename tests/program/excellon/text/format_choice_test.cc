@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "program/excellon/text/header_reader.h"
 #include <gmock/gmock.h>
 
 #include "tests/support/matchers.h"

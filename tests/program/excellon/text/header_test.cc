@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "program/excellon/text/header.h"
-
 #include <string>
 #include <vector>
 
+#include "program/excellon/text/header_reader.h"
 #include <gmock/gmock.h>
 
 #include "tests/program/program_run.h"
