@@ -2,7 +2,10 @@
 #include "machine/job/checked_program.h"
 
 #include <filesystem>
+#include <system_error>
 #include <utility>
+
+#include "program/excellon/text/nc_param.h"
 
 namespace panelcal {
 namespace {
@@ -12,6 +15,16 @@ Expected<SourceText> read_text(const std::string& path) {
   PANELCAL_TRY(SourceText source, read_source("/dev/stdin"));
   source.file = kStandardInput;
   return source;
+}
+
+/// Allegro's file beside the program states its format before [program] does.
+Expected<void> read_format_beside(const std::filesystem::path& folder, ReadOptions& reading) {
+  const std::filesystem::path path = folder / excellon::kNcParamName;
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) return {};
+  PANELCAL_TRY(const SourceText source, read_source(path));
+  PANELCAL_TRY(reading.format_beside, excellon::read_nc_param(source));
+  return {};
 }
 
 }  // namespace
@@ -27,6 +40,12 @@ std::optional<Program> read_program(const std::string& path,
   const std::filesystem::path folder =
       path == "-" ? std::filesystem::path() : std::filesystem::path(path).parent_path();
   reading.pattern_folders.insert(reading.pattern_folders.begin(), folder);
+  if (path != "-") {
+    if (auto beside = read_format_beside(folder, reading); !beside) {
+      log.add(std::move(beside).error());
+      return std::nullopt;
+    }
+  }
   return load_program(*std::move(source), log, std::move(reading));
 }
 

@@ -14,6 +14,7 @@ Expected<std::string> set_walk_terms(const WalkTerms& terms, MachineConfig& mach
   if (terms.accepts_unterminated) {
     machine.reading.accepts_unterminated = *terms.accepts_unterminated;
   }
+  if (!terms.format.is_empty()) machine.reading.forced_format = terms.format;
   return time;
 }
 

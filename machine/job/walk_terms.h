@@ -19,6 +19,7 @@ struct WalkTerms {
   std::int64_t max_operations = 1'000'000'000;
   /// An Excellon program without M30 is read; absent: as the machine has it.
   std::optional<bool> accepts_unterminated = {};
+  PartialFormat format = {};  ///< of its numbers, whatever it states; empty: as it states
   /// The spindle-camera offset drifts until then. Not where nothing is measured or corrected.
   bool ages_offset = true;
   std::string command = "panelcal";  ///< as diagnostics about the clock name who asks

@@ -9,6 +9,7 @@
 #include "program/excellon/interpreter/interpreter.h"
 #include "program/excellon/patterns/stored_patterns.h"
 #include "program/excellon/text/header.h"
+#include "program/excellon/text/header_reader.h"
 #include "program/excellon/text/spelling.h"
 #include "program/text/decimal_points.h"
 
@@ -19,7 +20,7 @@ bool refuse_foreign(Program& program, DiagnosticLog& log) {
   const ForeignText foreign = find_foreign(program.source.bytes);
   if (foreign.line == 0) return false;
   const auto header = std::make_shared<Header>();
-  header->is_foreign = true;
+  header->is_refused = true;
   program.head = header;
   log.add({Code::NotAProgram,
            {program.source.file, foreign.line, 1},
@@ -35,8 +36,7 @@ class ExcellonDialect final : public ProgramDialect {
   void read(Program& program, DiagnosticLog& log) const override {
     if (refuse_foreign(program, log)) return;
     const ReadOptions& reading = program.reading;
-    const auto header =
-        std::make_shared<Header>(read_header(program.source, reading.diameter_page, log));
+    const auto header = std::make_shared<Header>(read_header(program.source, reading, log));
     program.head = header;
     if (!header->calls_patterns) return;
     program.patterns = read_patterns(text_of(program), reading.pattern_folders);
@@ -53,7 +53,7 @@ class ExcellonDialect final : public ProgramDialect {
                                   const WalkOptions& options,
                                   Survey& survey,
                                   const WalkEnds& ends) const override {
-    if (header_of(program).is_foreign) return std::nullopt;
+    if (header_of(program).is_refused) return std::nullopt;
     Interpreter interpreter(
         program, options, survey, ends.measurements, ends.sink, ends.log, ends.trial);
     if (ends.asks_until) interpreter.end_at(*ends.asks_until);

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/text/number_format.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cstddef>
+#include <tuple>
+
+#include "program/text/gaps.h"
 
 namespace panelcal {
 namespace {
@@ -21,6 +25,12 @@ bool is_padded(std::int64_t mantissa, const NumberFormat& format) {
                               static_cast<std::size_t>(format.decimal_digits));
 }
 
+bool is_word(std::string_view text, std::string_view small_letters) {
+  return std::ranges::equal(text, small_letters, {}, [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
+}
+
 }  // namespace
 
 std::string NumberFormat::summary() const {
@@ -33,6 +43,73 @@ std::string NumberFormat::summary() const {
 void NumberFormat::take_usual_digits() {
   integer_digits = unit == LengthUnit::Inch ? 2 : 3;
   decimal_digits = unit == LengthUnit::Inch ? 4 : 3;
+}
+
+void NumberFormat::take_digits(const PartialFormat& setting) {
+  take_usual_digits();
+  if (!setting.digits || setting.unit.value_or(unit) != unit) return;
+  std::tie(integer_digits, decimal_digits) = *setting.digits;
+  states_digits = true;
+}
+
+void PartialFormat::fill_from(const PartialFormat& other) {
+  const bool takes_digits = !digits && (!unit || !other.unit || *unit == *other.unit);
+  const bool takes_more = (!unit && other.unit) || (!zeros && other.zeros);
+  if (takes_digits) digits = other.digits;
+  if (!unit) unit = other.unit;
+  if (!zeros) zeros = other.zeros;
+  if (!takes_more && !(takes_digits && other.digits)) return;
+  from += (from.empty() ? "" : " and ") + other.from;
+}
+
+void PartialFormat::apply_to(NumberFormat& format) const {
+  if (unit && *unit != format.unit) {
+    format.unit = *unit;
+    if (!digits) format.take_usual_digits();
+  }
+  if (zeros) format.zeros = *zeros;
+  if (!digits) return;
+  std::tie(format.integer_digits, format.decimal_digits) = *digits;
+  format.states_digits = true;
+}
+
+std::optional<LengthUnit> parse_unit(std::string_view text) {
+  if (is_word(text, "inch")) return LengthUnit::Inch;
+  if (is_word(text, "metric") || is_word(text, "mm")) return LengthUnit::Millimeter;
+  return std::nullopt;
+}
+
+std::optional<Zeros> parse_zeros(std::string_view text) {
+  if (is_word(text, "lz")) return Zeros::LeadingKept;
+  if (is_word(text, "tz")) return Zeros::TrailingKept;
+  return std::nullopt;
+}
+
+std::optional<std::pair<int, int>> parse_digits(std::string_view text) {
+  const auto digit = [](char c) { return c >= '1' && c <= '6'; };
+  if (text.size() != 3 || text[1] != '.' || !digit(text[0]) || !digit(text[2])) return std::nullopt;
+  return std::pair(text[0] - '0', text[2] - '0');
+}
+
+tl::expected<PartialFormat, std::string> parse_format(std::string_view text) {
+  constexpr std::string_view kExpected =
+      "a unit (inch, metric), kept zeros (lz, tz) and digits (2.4), each at most once";
+  PartialFormat format;
+  const auto take = [](auto& part, const auto& read) {
+    const bool is_new = read && !part;
+    if (is_new) part = read;
+    return is_new;
+  };
+  while (true) {
+    const auto comma = text.find(',');
+    const std::string_view part = trimmed(text.substr(0, comma));
+    if (!take(format.unit, parse_unit(part)) && !take(format.zeros, parse_zeros(part)) &&
+        !take(format.digits, parse_digits(part))) {
+      return tl::make_unexpected(std::string(kExpected));
+    }
+    if (comma == std::string_view::npos) return format;
+    text.remove_prefix(comma + 1);
+  }
 }
 
 ParsedLength parse_length(std::string_view text, const NumberFormat& format) {

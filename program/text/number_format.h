@@ -5,8 +5,10 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "calib/base/units.h"
+#include <tl/expected.hpp>
 
 namespace panelcal {
 
@@ -17,6 +19,8 @@ enum class Zeros : std::uint8_t {
   LeadingKept,   ///< LZ: digits count from the left, trailing zeros may be left off
   TrailingKept,  ///< TZ: digits count from the right, leading zeros may be left off
 };
+
+struct PartialFormat;
 
 /// Notation of a program's lengths (CNC-7 manual, Inch vs. Metric; Leading and Trailing Zeros). The
 /// default is the manual's: inch, two digits before and four behind the point, leading zeros.
@@ -31,10 +35,41 @@ struct NumberFormat {
 
   /// Those of the unit: two and four in inch, three and three in metric.
   void take_usual_digits();
+  /// Those that a setting has for this unit, else the usual ones.
+  void take_digits(const PartialFormat& setting);
   Length one_unit() const { return unit == LengthUnit::Inch ? inch(1) : mm(1); }
   /// "inch 2.4, leading zeros kept".
   std::string summary() const;
 };
+
+/// A number format as far as something outside of the program states it: the control's last
+/// setting, or the operator.
+///
+/// Source CNC-7 manual, Leading and Trailing Zeros: "the CNC-7 will automatically use the last
+///        setting"
+struct PartialFormat {
+  std::optional<LengthUnit> unit;
+  std::optional<Zeros> zeros;
+  std::optional<std::pair<int, int>> digits;  ///< before and behind the point
+  std::string from;                           ///< its source, for people
+
+  bool is_empty() const { return !unit && !zeros && !digits; }
+  /// Parts that are missing here, as another one has them; without a unit in common, digits are
+  /// not.
+  void fill_from(const PartialFormat& other);
+  void apply_to(NumberFormat& format) const;
+};
+
+/// Reads `inch,tz,2.4`: a unit (inch, metric, mm), kept zeros (lz, tz) and digits before and behind
+/// the point, each at most once, in any order, in small or capital letters.
+///
+/// Fails  with what was expected
+tl::expected<PartialFormat, std::string> parse_format(std::string_view text);
+/// The parts of it.
+std::optional<LengthUnit> parse_unit(std::string_view text);
+std::optional<Zeros> parse_zeros(std::string_view text);
+/// `2.4`: one to six digits on either side.
+std::optional<std::pair<int, int>> parse_digits(std::string_view text);
 
 enum class NumberFault : std::uint8_t { None, Malformed, TooManyDigits };
 

@@ -17,7 +17,9 @@
 #include "calib/panel/gates.h"
 #include "program/model/board_depths.h"
 #include "program/model/operation.h"
+#include "program/text/number_format.h"
 #include "program/walk/control_settings.h"
+#include <Eigen/Core>
 
 namespace panelcal {
 
@@ -31,7 +33,16 @@ struct ReadOptions {
   int axis_version = 1;              ///< used if the header has no VER
   /// --accept-unterminated: an Excellon program may stop behind any complete line.
   bool accepts_unterminated = false;
+  /// --format: what the program says otherwise is not obeyed.
+  PartialFormat forced_format;
+  PartialFormat format_beside;  ///< of nc_param.txt beside the program, where it says nothing
+  PartialFormat last_format;    ///< [program]: the control's last setting, where neither does
+  /// Sides of the machine's travel, in mm: no coordinates of a program spread farther.
+  std::optional<Eigen::Vector2d> travel_mm;
   std::string operator_id;  ///< OPID: what an asterisk in a canned text stands for
+
+  /// The format of a program as far as it states none.
+  PartialFormat unstated_format() const;
 };
 
 /// Scales drilled holes about a point, in work coordinates, while M60 is in force.

@@ -91,8 +91,13 @@ inline std::optional<std::string> run_excellon(std::string_view bytes) {
   DiagnosticLog log;
   options.scaling = ReferenceScaling{
       .x = 1.001, .y = 0.999, .about = position_mm<frame::Nominal>(5, 5), .starts_enabled = false};
-  // Few changed inputs still have their end.
-  const ReadOptions reading{.accepts_unterminated = true};
+  // Few changed inputs still have their end, and few state their format: half of them are read as
+  // the last setting has it, the others as their numbers say.
+  ReadOptions reading{.accepts_unterminated = true};
+  if (bytes.size() % 2 == 0) {
+    reading.last_format.unit = LengthUnit::Inch;
+    reading.last_format.zeros = Zeros::LeadingKept;
+  }
   Program program = load_program({"fuzz.exc", std::string(bytes)}, log, reading);
   program.patterns = stored_patterns();
   BentSource source;

@@ -51,9 +51,23 @@ class Collector {
   void see(const std::string& text,
            const WalkOptions& options,
            ProbeSource& probes,
-           const ReadOptions& reading = {}) {
+           ReadOptions reading = {}) {
     DiagnosticLog log;
-    Program program = load_program({"p.exc", text}, log, reading);
+    if (!text.starts_with("%%")) reading.last_format.fill_from(test::last_set_to_inch());
+    see_program(load_program({"p.exc", text}, log, reading), log, options, probes);
+  }
+
+  /// Without a last setting of the control.
+  void see_unstated(const std::string& text, const ReadOptions& reading = {}) {
+    DiagnosticLog log;
+    NominalProbeSource probes;
+    see_program(load_program({"p.exc", text}, log, reading), log, {}, probes);
+  }
+
+  void see_program(Program program,
+                   DiagnosticLog& log,
+                   const WalkOptions& options,
+                   ProbeSource& probes) {
     program.patterns.emplace("SELF", SourceText{"SELF", "M99,SELF\nXY\n"});
     program.patterns.emplace("OFFS", SourceText{"OFFS.SS5", "@OFFS\nM31\nXY\nXYM50M30\n"});
     program.patterns.emplace("LOOP", SourceText{"LOOP.SS5", "@LOOP\nM99,LOOP\n"});
@@ -123,6 +137,9 @@ void see_reading(Collector& collector) {
                            "M48\nMETRIC,LZ\n%\nT1\nX0.Y0.\nX2500.Y0.\nM30\n"}) {
     collector.see(text);
   }
+  collector.see_unstated("T1\nX01Y01\nM30\n");
+  collector.see_unstated("T1C.02\nX01Y02\nX03Y04\nM30\n");
+  collector.see_unstated("M48\nMETRIC,TZ\n%\nM30\n", {.forced_format = *parse_format("inch")});
   NominalProbeSource probes;
   collector.see("T1\nX01Y01\n", {}, probes, {.accepts_unterminated = true});
 }

@@ -177,12 +177,20 @@ FunctionSource shifted_by(double x_mm, double y_mm) {
   });
 }
 
+PartialFormat last_set_to_inch() {
+  return {.unit = LengthUnit::Inch, .zeros = Zeros::LeadingKept, .digits = {}, .from = {}};
+}
+
 ProgramRun run_program(std::string text,
                        const WalkOptions& options,
                        MeasurementSource& source,
                        ReadOptions reading) {
   DiagnosticLog log;
   ProgramRun run;
+  // One of inch would be refused in the other language.
+  if (reading.last_format.is_empty() && !text.starts_with("%%")) {
+    reading.last_format = last_set_to_inch();
+  }
   run.program = load_program({"p.exc", std::move(text)}, log, std::move(reading));
   run.survey = survey(run.program, options, source, log);
   run.has_errors = log.has_errors();

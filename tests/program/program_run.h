@@ -80,7 +80,12 @@ struct ProgramRun {
   const std::vector<Hole>& holes() const { return executed.holes(); }
 };
 
-/// The file is called `p.exc` in diagnostics.
+/// The last setting of a control on which the manual's examples run that state no format: inch with
+/// leading zeros.
+PartialFormat last_set_to_inch();
+
+/// The file is called `p.exc` in diagnostics. Where `reading` has no last setting, it is
+/// last_set_to_inch().
 ProgramRun run_program(std::string text,
                        const WalkOptions& options,
                        MeasurementSource& source,

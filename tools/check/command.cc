@@ -32,11 +32,10 @@ std::string reading(const Program& program) {
                        sieb_meyer::layout_of(program).head_line);
   }
   const excellon::Header& header = excellon::header_of(program);
-  return fmt::format(
-      "Excellon{}, {} ({})",
-      header.set == excellon::ProgramSet::FormatOne ? " Format One" : "",
-      program.number_summary(),
-      header.states_format || header.body_format ? header.format_evidence : "not stated, assumed");
+  return fmt::format("Excellon{}, {} ({})",
+                     header.set == excellon::ProgramSet::FormatOne ? " Format One" : "",
+                     program.number_summary(),
+                     header.format_evidence.empty() ? "not stated" : header.format_evidence);
 }
 
 /// What passes by on the way over a perfect panel.
@@ -124,6 +123,7 @@ ExitCode run_command(const CheckOptions& options, CommandContext& context) {
                            .now = now,
                            .max_operations = options.max_operations,
                            .accepts_unterminated = options.accepts_unterminated,
+                           .format = options.number_format,
                            .command = "panelcal check"};
   if (const auto set = set_walk_terms(terms, config); !set) return fail(set.error());
   if (!options.machine.empty()) {

@@ -71,6 +71,7 @@ class JobRun {
                                    .now = system_clock()(),
                                    .max_operations = options_.max_operations,
                                    .accepts_unterminated = options_.accepts_unterminated,
+                                   .format = options_.number_format,
                                    .ages_offset = false,
                                    .command = "panelcal history"},
                                   config_));

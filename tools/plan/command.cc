@@ -102,6 +102,7 @@ class PlanRun {
                              .now = system_clock()(),
                              .max_operations = options_.max_operations,
                              .accepts_unterminated = options_.accepts_unterminated,
+                             .format = options_.number_format,
                              .command = "panelcal plan"};
     return take(check_spindle_is_calibrated(config_)) &&
            take(set_walk_terms(terms, config_), time_);

@@ -53,6 +53,7 @@ ExitCode run_command(const SurveyOptions& options, CommandContext& context) {
                            .now = system_clock()(),
                            .max_operations = options.max_operations,
                            .accepts_unterminated = options.accepts_unterminated,
+                           .format = options.number_format,
                            .ages_offset = false,
                            .command = "panelcal survey"};
   if (const auto set = set_walk_terms(terms, *config); !set) return fail(set.error());

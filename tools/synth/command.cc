@@ -49,6 +49,7 @@ ExitCode run_command(const SynthOptions& options, CommandContext& context) {
   }
   if (options.tool) return run_samples(options, *config, context);
   config->reading.accepts_unterminated = options.accepts_unterminated;
+  config->reading.forced_format = options.number_format;
   DiagnosticLog log;
   const auto checked = read_and_check(options.program, config->reading, config->walk, log);
   context.console.print(log);

@@ -99,6 +99,7 @@ class Translation {
                              .now = system_clock()(),
                              .max_operations = options_.max_operations,
                              .accepts_unterminated = options_.accepts_unterminated,
+                             .format = options_.number_format,
                              .ages_offset = false,
                              .command = "panelcal translate"};
     std::string time;

@@ -18,19 +18,22 @@ namespace {
 
 using Words = std::string_view;
 
-constexpr std::array<Words, 13> kProgramKeys = {"absolute_zero_mm",
+constexpr std::array<Words, 16> kProgramKeys = {"absolute_zero_mm",
                                                 "arc_tolerance_um",
                                                 "axis_version",
                                                 "block_delete",
                                                 "breakage_counter",
                                                 "character_set",
+                                                "digits",
                                                 "module",
                                                 "obeys_areas",
                                                 "operator_id",
                                                 "run",
                                                 "search_path",
                                                 "spindle",
-                                                "work_zero_mm"};
+                                                "units",
+                                                "work_zero_mm",
+                                                "zeros"};
 constexpr std::array<Words, 7> kSurfaceKeys = {"average",
                                                "fill_gaps",
                                                "grid_hold_mm",
@@ -82,6 +85,24 @@ Expected<void> read_control(const TomlTable& table, sieb_meyer::Settings& settin
   return {};
 }
 
+/// The control's last setting, for programs that do not state their number format.
+Expected<void> read_format(const TomlTable& table, PartialFormat& format) {
+  const auto read = [&](std::string_view key, auto& part, auto* parse, std::string expected) {
+    return [&, key, parse, expected = std::move(expected)]() -> Expected<void> {
+      PANELCAL_TRY(const auto text, table.text(key));
+      if (!text) return {};
+      part = parse(*text);
+      if (!part) return failure(table.problem(key, expected));
+      return {};
+    }();
+  };
+  PANELCAL_CHECK(read("units", format.unit, parse_unit, "\"inch\" or \"metric\""));
+  PANELCAL_CHECK(read("zeros", format.zeros, parse_zeros, "\"LZ\" or \"TZ\": those that are kept"));
+  PANELCAL_CHECK(read("digits", format.digits, parse_digits, "digits such as \"2.4\""));
+  if (!format.is_empty()) format.from = "[program] of machine.toml";
+  return {};
+}
+
 Expected<void> read_program(const TomlTable& top, MachineConfig& config) {
   PANELCAL_TRY(const auto table, top.table("program", "[program]", {kProgramKeys, {}}));
   if (!table) return {};
@@ -100,6 +121,7 @@ Expected<void> read_program(const TomlTable& top, MachineConfig& config) {
     return failure(table->problem("operator_id", "at most 20 characters (OPID)"));
   }
   config.walk.sieb_meyer.text.operator_text = config.reading.operator_id;
+  PANELCAL_CHECK(read_format(*table, config.reading.last_format));
   PANELCAL_CHECK(read_control(*table, config.walk.sieb_meyer));
   PANELCAL_TRY(const auto folders, table->texts("search_path"));
   for (const std::string& folder : folders) {
@@ -235,6 +257,7 @@ Expected<void> read_travel(const TomlTable& machine, MachineConfig& config) {
   }
   config.travel =
       Travel{position_mm<frame::Machine>(*low_mm), position_mm<frame::Machine>(*high_mm)};
+  config.reading.travel_mm = *high_mm - *low_mm;
   return {};
 }
 

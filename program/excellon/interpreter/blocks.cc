@@ -42,24 +42,6 @@ double Interpreter::rounding_mm() const {
   return (format_.one_unit() * std::pow(10.0, -format_.decimal_digits)).in_mm();
 }
 
-/// Says once that a number is read by an assumption: the unit, or the zeros that are left off.
-void Interpreter::warn_format(const Block& block, const Word& word) {
-  if (warned_format_ || word.number.empty() || word.number.find('.') != std::string_view::npos) {
-    return;
-  }
-  const auto n_digits =
-      std::ranges::count_if(word.number, [](char c) { return c >= '0' && c <= '9'; });
-  const bool is_full = n_digits == format_.integer_digits + format_.decimal_digits;
-  const bool knows_zeros = states_zeros_ || is_full;
-  if (states_unit_ && knows_zeros) return;
-  warned_format_ = true;
-  reporter_.report(Code::FormatAssumed,
-                   block.line,
-                   word.column,
-                   quoted(word.text()) + " is read as " + format_.summary(),
-                   "INCH or METRIC with LZ or TZ in the header");
-}
-
 /// Says once that a number has more digits than the format, zeros on its left.
 void Interpreter::warn_padded(const Block& block, const Word& word) {
   const auto n_digits = static_cast<int>(word.number.size()) - (has_sign(word) ? 1 : 0);
@@ -106,7 +88,6 @@ bool Interpreter::read_word(const Block& block, const Word& word, MotionWords& o
           : format_.one_unit().in_mm() *
                 std::pow(10.0, -static_cast<double>(word.number.size() - point - 1));
   out.step_mm = std::max(out.step_mm, std::min(step_mm, rounding_mm()));
-  warn_format(block, word);
   return true;
 }
 

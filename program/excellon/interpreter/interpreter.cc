@@ -5,6 +5,9 @@
 #include <string>
 #include <utility>
 
+#include "program/excellon/text/comment_format.h"
+#include "program/excellon/text/header_words.h"
+
 namespace panelcal::excellon {
 namespace {
 
@@ -55,8 +58,6 @@ Interpreter::Interpreter(const Program& program,
   modal_.incremental = header_.incremental;
   modal_.text_offset = header_.text_offset;
   states_unit_ = header_.states_format;
-  const bool is_second_walk = sink != nullptr && trial == nullptr;
-  warned_format_ = is_second_walk || (header_.states_format && header_.states_zeros);
   place_.placement = frame_;
   place_.is_scaled = options.scaling && options.scaling->starts_enabled;
   const auto correction = header_.zero_correction;
@@ -164,7 +165,7 @@ bool Interpreter::run_plain_lines(std::size_t end) {
     return false;
   }
   const auto drill = [this](int line, const PlainCoordinate& block) {
-    if ((!warned_format_ && !block.has_point) || emitter_.is_over_limit()) return false;
+    if (emitter_.is_over_limit()) return false;
     const Eigen::Vector2d at_mm = block.from(modal_.at_mm);
     modal_.at_mm = at_mm;
     modal_.has_hole = true;
@@ -271,7 +272,7 @@ std::optional<std::size_t> Interpreter::second_block(const Block& block) const {
 /// A comment that states other digits than those in force: two files may have been joined. Digits
 /// that METRIC states rule over comments.
 void Interpreter::check_comment(const SourceLine& line) {
-  const auto digits = digits_of_comment(line.text);
+  const auto digits = read_comment_format(line.text).digits;
   if (!digits || (format_.states_digits && !header_.states_digits) ||
       *digits == std::pair(format_.integer_digits, format_.decimal_digits)) {
     return;

@@ -164,6 +164,9 @@ class Interpreter {
   Tool known_tool(const Block& block, const ToolBlock& read);
   void rate(const Block& block);
   void set_zero(const Block& block);
+  bool is_overridden(const Block& block,
+                     std::optional<LengthUnit> unit,
+                     std::optional<Zeros> zeros);
   void set_unit(const Block& block, LengthUnit unit);
   bool is_late_unit(LengthUnit unit) const;
   void pass_on_setting(const Block& block);
@@ -229,7 +232,6 @@ class Interpreter {
   bool move_to(const Block& block,
                const std::array<std::optional<double>, 2>& xy_mm,
                AxisUser user);
-  void warn_format(const Block& block, const Word& word);
   double rounding_mm() const;
   void report(Code code, const Block& block, const Word& word, std::string expected);
   bool is_first_walk() const { return !emitter_.is_executing(); }
@@ -278,8 +280,7 @@ class Interpreter {
   bool in_stored_pattern_ = false;
   std::size_t pattern_depth_ = 0;  ///< step and repeat levels around the stored pattern
   bool has_motion_ = false;
-  bool states_unit_ = false;    ///< in the header, or by M71 or M72
-  bool warned_format_ = false;  ///< or nothing is to be warned of
+  bool states_unit_ = false;  ///< in the header, or by M71 or M72
   bool warned_slash_ = false;
   bool warned_split_ = false;   ///< two blocks in a line
   bool warned_feed_ = false;    ///< of a pattern's copies

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "program/excellon/interpreter/interpreter.h"
+#include "program/excellon/text/header_words.h"
 #include "program/model/setting_lengths.h"
 
 namespace panelcal::excellon {
@@ -151,8 +152,26 @@ bool Interpreter::is_late_unit(LengthUnit unit) const {
   return !states_unit_ && has_dimension_ && unit != format_.unit;
 }
 
+/// --format holds, whatever a unit or zeros of the body say: a warning where they say another.
+bool Interpreter::is_overridden(const Block& block,
+                                std::optional<LengthUnit> unit,
+                                std::optional<Zeros> zeros) {
+  const PartialFormat& forced = program_.reading.forced_format;
+  const bool is_unit = unit && forced.unit;
+  const bool is_zeros = zeros && forced.zeros;
+  if ((is_unit && *unit != *forced.unit) || (is_zeros && *zeros != *forced.zeros)) {
+    reporter_.report(Code::FormatOverridden,
+                     block.line,
+                     block.column,
+                     quoted(block.text) + " is not obeyed: " + forced.from,
+                     "the format that the program states");
+  }
+  return (is_unit || !unit) && (is_zeros || !zeros);
+}
+
 /// M71, M72: only before anything moved, since they change what numbers mean.
 void Interpreter::set_unit(const Block& block, LengthUnit unit) {
+  if (is_overridden(block, unit, std::nullopt)) return;
   const bool is_late = is_late_unit(unit);
   states_unit_ = true;
   if (unit == format_.unit) return;
@@ -172,7 +191,7 @@ void Interpreter::set_unit(const Block& block, LengthUnit unit) {
   format_.unit = unit;
   if (!header_.states_digits) {
     format_.states_digits = false;
-    format_.take_usual_digits();
+    format_.take_digits(program_.reading.unstated_format());
   }
   plain_ = PlainReader(format_);
 }
@@ -191,7 +210,11 @@ void Interpreter::header_word(const SourceLine& line) {
   };
   if (refuse_pending(block.line, block.text)) return;
   const bool states_unit = word == "INCH" || word == "METRIC";
-  const LengthUnit unit = word == "INCH" ? LengthUnit::Inch : LengthUnit::Millimeter;
+  const LengthUnit stated = word == "INCH" ? LengthUnit::Inch : LengthUnit::Millimeter;
+  const std::optional<FormatWords> words = read_format_words(value);
+  if (states_unit && is_overridden(block, stated, words ? words->zeros : std::nullopt)) return;
+  const PartialFormat& forced = program_.reading.forced_format;
+  const LengthUnit unit = forced.unit.value_or(stated);
   if (const auto known = header_.options.find(word); known != header_.options.end()) {
     const HeaderCommand first{known->first, known->second};
     const OptionAgain again = compare_options(first, {word, value}, format_, states_zeros_);
@@ -208,8 +231,8 @@ void Interpreter::header_word(const SourceLine& line) {
     }
     if (is_same) return;
   }
-  const std::optional<FormatWords> words = read_format_words(value);
-  const Zeros zeros = words && words->zeros ? *words->zeros : format_.zeros;
+  const Zeros stated_zeros = words && words->zeros ? *words->zeros : format_.zeros;
+  const Zeros zeros = forced.zeros.value_or(stated_zeros);
   if (states_unit &&
       ((states_unit_ && unit != format_.unit) || (states_zeros_ && zeros != format_.zeros))) {
     return report(Code::ArgumentInvalid,

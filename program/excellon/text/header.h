@@ -7,8 +7,6 @@
 #include <string_view>
 #include <vector>
 
-#include "calib/base/diagnostic.h"
-#include "program/excellon/text/header_words.h"
 #include "program/excellon/text/lexer.h"
 #include "program/model/operation.h"
 #include "program/model/program_head.h"
@@ -51,25 +49,12 @@ struct Header : ProgramHead {
   std::map<std::string, std::string, std::less<>> options;
   int zero_line = 0;           ///< of Z
   bool calls_patterns = true;  ///< false: the text has no M99
-  bool is_foreign = false;     ///< not-a-program: there is nothing to read or to walk through
+  bool is_refused = false;     ///< not-a-program, format-ambiguous: nothing can be walked through
   std::string respelled;  ///< the text in the manual's characters; empty: the source has no others
 
   NumberFormat number_format() const override { return body_format.value_or(format); }
   std::string number_summary() const override { return number_format().summary(); }
 };
-
-/// Reads the header, or finds that there is none. Header commands directly behind it, or before the
-/// first block of a program without one, are read as its own; so is a second header.
-///
-/// In     diameter_page: the machine's tool data by diameter, may be empty
-/// Fails  into the log: header-unclosed, header-word-unknown, argument-invalid, not-supported,
-///        number-malformed, number-too-long, block-syntax; warns header-word-in-body,
-///        notation-accepted
-/// Source CNC-7 manual, Part Program Headers; Keyboard and Header Commands vs. Body Commands;
-///        decision "comment hints" in docs/conventions.md
-Header read_header(const SourceText& source,
-                   const std::vector<Tool>& diameter_page,
-                   DiagnosticLog& log);
 
 /// The header of a program in this language.
 ///

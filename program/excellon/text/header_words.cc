@@ -26,18 +26,6 @@ std::string_view switched(std::string_view value) {
   return value.empty() ? "ON" : value;
 }
 
-/// Digits before and behind a colon: `3:3`.
-std::optional<std::pair<int, int>> digit_pair(std::string_view text) {
-  const auto colon = text.find(':');
-  if (colon == std::string_view::npos) return std::nullopt;
-  const auto before = parse_count(text.substr(0, colon));
-  const auto behind = parse_count(text.substr(colon + 1));
-  if (!before || !behind || *before > 6 || *behind > 6 || *before + *behind == 0) {
-    return std::nullopt;
-  }
-  return std::pair{*before, *behind};
-}
-
 }  // namespace
 
 std::vector<HeaderWordInfo> header_word_table() {
@@ -141,20 +129,6 @@ bool is_digit_mask(std::string_view text) {
          text.size() - point - 1 >= 1 && text.size() - point - 1 <= 6 &&
          text.find_first_not_of("0.") == std::string_view::npos &&
          text.find('.', point + 1) == std::string_view::npos;
-}
-
-std::optional<std::pair<int, int>> digits_of_comment(std::string_view comment) {
-  constexpr std::string_view kFile = "FILE_FORMAT";
-  constexpr std::string_view kCam = "FORMAT={";
-  if (const auto at = comment.find(kFile); at != std::string_view::npos) {
-    const std::string_view rest = trimmed(comment.substr(at + kFile.size()));
-    if (!rest.starts_with('=')) return std::nullopt;
-    return digit_pair(trimmed(rest.substr(1)));
-  }
-  const auto at = comment.find(kCam);
-  if (at == std::string_view::npos) return std::nullopt;
-  const std::string_view body = comment.substr(at + kCam.size());
-  return digit_pair(trimmed(body.substr(0, body.find_first_of("/}"))));
 }
 
 tl::expected<void, std::string> read_text_offset(std::string_view value,

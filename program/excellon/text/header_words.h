@@ -82,9 +82,6 @@ HeaderAhead look_ahead(LineCursor cursor, bool may_rewind);
 /// Digits as INCH and METRIC state them: `000.000`.
 bool is_digit_mask(std::string_view text);
 
-/// Digits before and behind the point that a comment states: `;FILE_FORMAT=4:4`. Absent: none.
-std::optional<std::pair<int, int>> digits_of_comment(std::string_view comment);
-
 /// Reads `#` or `#,#` of CAN_TEXT_OFF into `offset_mm`; what is left out stays.
 ///
 /// Fails  with what was expected

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <utility>
 
+#include "program/excellon/text/comment_format.h"
 #include "program/excellon/text/header_words.h"
 #include "program/excellon/text/lexer.h"
 #include "program/model/tool_links.h"
@@ -124,7 +125,8 @@ bool states_format(std::string_view comment) {
   const bool is_file_format =
       at != capitals.npos &&
       trimmed(std::string_view(capitals).substr(at + kFile.size())).starts_with('=');
-  return is_file_format || capitals.find("FORMAT={") != capitals.npos;
+  return is_file_format || capitals.find("FORMAT={") != capitals.npos ||
+         read_comment_format(comment).digits;
 }
 
 /// A long message, behind the slash of block delete as well.

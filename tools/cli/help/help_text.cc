@@ -31,6 +31,10 @@ expected. A file without its end (M30 or M00, the tool table) is an error; --acc
 takes an Excellon file that stops behind a complete line. Without PROGRAM only the machine file and
 the calibrations it names are checked.
 
+An Excellon program that does not state its number format is read as nc_param.txt beside it says, or
+[program] units, zeros and digits of machine.toml, or as its numbers can only be meant: a warning
+says why. Where they can be meant in two ways that is an error, and --format inch,tz,2.4 decides.
+
 The machine file is held against itself: each row that [coupon] promises, the mark, the plate and the
 rectangle of [nightly.surface] within travel, and all that each calibration of [nightly] needs. With
 [camera] a program's vision tools must be defined, and its targets be seen within travel by the

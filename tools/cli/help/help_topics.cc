@@ -6,7 +6,7 @@
 #include <iterator>
 
 #include "calib/base/diagnostic.h"
-#include "program/excellon/text/header.h"
+#include "program/excellon/text/header_words.h"
 #include "program/excellon/text/lexer.h"
 #include "program/sieb_meyer/text/cnc_commands.h"
 #include "program/sieb_meyer/text/lexer.h"
@@ -73,6 +73,9 @@ std::string excellon_page() {
       "and outside of headers, patterns, cycles and contours; the output says so. The file of a "
       "stored pattern has no such mark: its last line must be complete.\n\n"
       "A text without any line that a program may have is no drill program (`not-a-program`).\n\n"
+      "What a program leaves open of its number format is taken from `--format`, `nc_param.txt` "
+      "beside it or `[program]` of machine.toml, or its numbers decide; where they can be meant in "
+      "two ways it is refused (`format-ambiguous`).\n\n"
       "## Notation\n\n"
       "Notation that the manual does not have is accepted where it has one reading only, with one "
       "warning for each kind (`notation-accepted`):\n\n"

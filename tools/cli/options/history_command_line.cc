@@ -95,6 +95,7 @@ class HistoryCommandLine {
     add_clock(diff, o.clock);
     add_limit(diff, o.max_operations);
     add_accept(diff, o.accepts_unterminated)->needs(program);
+    add_format(diff, o.number_format)->needs(program);
   }
 
   CLI::App& history_;

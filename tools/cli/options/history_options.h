@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "program/text/number_format.h"
+
 namespace panelcal {
 
 /// The commands of `panelcal history`.
@@ -35,6 +37,7 @@ struct HistoryOptions {
   std::string clock;         ///< as CheckOptions
   std::int64_t max_operations = 1'000'000'000;
   bool accepts_unterminated = false;  ///< as CheckOptions
+  PartialFormat number_format;        ///< as CheckOptions
 };
 
 }  // namespace panelcal

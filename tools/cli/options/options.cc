@@ -116,6 +116,7 @@ class CommandLine {
     add_clock(check_, check_options_.clock);
     add_limit(check_, check_options_.max_operations);
     add_accept(check_, check_options_.accepts_unterminated);
+    add_format(check_, check_options_.number_format);
   }
 
   void add_survey() {
@@ -126,6 +127,7 @@ class CommandLine {
     add_clock(survey_, survey_options_.clock);
     add_limit(survey_, survey_options_.max_operations);
     add_accept(survey_, survey_options_.accepts_unterminated);
+    add_format(survey_, survey_options_.number_format);
   }
 
   void add_plan() {
@@ -149,6 +151,7 @@ class CommandLine {
     add_clock(plan_, o.clock);
     add_limit(plan_, o.max_operations);
     add_accept(plan_, o.accepts_unterminated);
+    add_format(plan_, o.number_format);
   }
 
   void add_run() {
@@ -209,6 +212,7 @@ class CommandLine {
     add_threads(run_, o.n_threads);
     add_limit(run_, o.max_operations);
     add_accept(run_, o.accepts_unterminated);
+    add_format(run_, o.number_format);
     run_->add_flag(
         "--force", o.force, "Write the program although a gate or [tolerance] refuses it");
   }
@@ -225,6 +229,7 @@ class CommandLine {
     add_clock(translate_, o.clock);
     add_limit(translate_, o.max_operations);
     add_accept(translate_, o.accepts_unterminated);
+    add_format(translate_, o.number_format);
     translate_->add_flag(
         "--force", o.force, "Write the program without what decides places or depths and is lost");
   }
@@ -285,6 +290,7 @@ class CommandLine {
         ->needs(tool)
         ->capture_default_str();
     add_accept(synth_, synth_options_.accepts_unterminated)->needs(program);
+    add_format(synth_, synth_options_.number_format)->needs(program);
   }
 
   void add_nightly() {

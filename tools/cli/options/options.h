@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "calib/base/expected.h"
+#include "program/text/number_format.h"
 #include "tools/cli/options/calibrate_options.h"
 #include "tools/cli/options/file_options.h"
 #include "tools/cli/options/history_options.h"
@@ -27,6 +28,7 @@ struct CheckOptions {
   std::string clock;    ///< of texts and of calibrations' age: 2026-11-21T13:45:00; empty: now
   std::int64_t max_operations = 1'000'000'000;
   bool accepts_unterminated = false;  ///< an Excellon program without M30
+  PartialFormat number_format;        ///< --format; empty: as the program states
 };
 
 struct SurveyOptions {
@@ -35,6 +37,7 @@ struct SurveyOptions {
   std::string clock;
   std::int64_t max_operations = 1'000'000'000;
   bool accepts_unterminated = false;  ///< as CheckOptions
+  PartialFormat number_format;        ///< as CheckOptions
 };
 
 struct RunOptions {
@@ -59,6 +62,7 @@ struct RunOptions {
   std::size_t n_threads = 0;            ///< that look at pictures; 0: one for each processor
   std::int64_t max_operations = 1'000'000'000;
   bool accepts_unterminated = false;  ///< as CheckOptions
+  PartialFormat number_format;        ///< as CheckOptions
   std::optional<int> turned_deg;      ///< absent: as [gates] says
   bool uncorrected = false;           ///< a program without targets is meant
   bool force = false;
@@ -72,6 +76,7 @@ struct TranslateOptions {
   std::string clock;  ///< as CheckOptions
   std::int64_t max_operations = 1'000'000'000;
   bool accepts_unterminated = false;  ///< as CheckOptions
+  PartialFormat number_format;        ///< as CheckOptions
   bool force = false;
 };
 
@@ -99,6 +104,7 @@ struct PlanOptions {
   bool json = false;
   std::int64_t max_operations = 1'000'000'000;
   bool accepts_unterminated = false;  ///< as CheckOptions
+  PartialFormat number_format;        ///< as CheckOptions
 };
 
 struct SynthOptions {
@@ -109,6 +115,7 @@ struct SynthOptions {
   std::optional<int> tool;  ///< single targets of this vision tool, instead of a program's
   int count = 100;          ///< of them
   bool accepts_unterminated = false;  ///< as CheckOptions
+  PartialFormat number_format;        ///< as CheckOptions
 };
 
 struct NightlyOptions {

@@ -17,6 +17,24 @@ CLI::Option* add_accept(CLI::App* command, bool& accepts_unterminated) {
   return command->add_flag("--accept-unterminated", accepts_unterminated, kAcceptUnterminatedHelp);
 }
 
+CLI::Option* add_format(CLI::App* command, PartialFormat& format) {
+  const auto check = [](const std::string& text) {
+    const auto parsed = parse_format(text);
+    return parsed ? std::string() : "expected " + parsed.error();
+  };
+  const auto take = [&format](const std::string& text) {
+    if (auto parsed = parse_format(text)) format = *std::move(parsed);
+    format.from = "--format " + text;
+  };
+  return command
+      ->add_option_function<std::string>("--format",
+                                         take,
+                                         "Number format of an Excellon program, whatever it "
+                                         "states: inch or metric, zeros that are "
+                                         "kept (lz, tz), digits; such as inch,tz,2.4")
+      ->check(CLI::Validator(check, "UNIT,ZEROS,DIGITS"));
+}
+
 void add_clock(CLI::App* command, std::string& clock) {
   command->add_option("--clock",
                       clock,

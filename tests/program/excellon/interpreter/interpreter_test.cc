@@ -167,17 +167,29 @@ TEST(Interpreter, M71AndM72ChangeTheUnitBeforeTheFirstCoordinate) {
   EXPECT_EQ(to_metric.holes().at(0).nominal_mm(), Vector2d(1, 2));
 }
 
-TEST(Interpreter, M71AndM72StateTheUnitButNotTheZeros) {
-  EXPECT_EQ(run_program("M71\nT1\nX001000Y002.5\nM30\n").diagnostics, Lines{});
-  EXPECT_EQ(run_program("M72\nT1\nX010000Y-.5\nM30\n").diagnostics, Lines{});
-  EXPECT_EQ(run_program("M72\nT1\nX01Y02\nM30\n").diagnostics,
-            Lines{"p.exc:3:1: warning[format-assumed]"});
+TEST(Interpreter, ReadsWhatAProgramLeavesOpenAsTheLastSettingHasIt) {
+  const ReadOptions trailing{.last_format = {.zeros = Zeros::TrailingKept}};
+  const ProgramRun run = run_program("M72\nT1\nX01000Y2000\nM30\n", {}, trailing);
+  EXPECT_EQ(run.diagnostics, Lines{});
+  EXPECT_EQ(run.holes().at(0).nominal_inch(), Vector2d(0.1, 0.2));
+  const ProgramRun stated =
+      run_program("M48\nMETRIC,LZ\nT1C1.0\n%\nT1\nX01Y02\nM30\n", {}, trailing);
+  EXPECT_EQ(stated.holes().at(0).nominal_mm(), Vector2d(10, 20));
 }
 
-TEST(Interpreter, ReadsANumberWithoutAStatedFormatWithAWarning) {
-  const ProgramRun run = run_program("T1\nXY\nX.5Y.5\nX01Y02\nX02Y02\nM30\n");
-  EXPECT_EQ(run.diagnostics, Lines{"p.exc:4:1: warning[format-assumed]"});
-  EXPECT_EQ(run.holes().at(2).nominal_mm(), Vector2d(25.4, 50.8));
+TEST(Interpreter, ReadsWhatTheOperatorStatesWhateverTheProgramDoes) {
+  const auto forced = parse_format("metric,tz,3.2");
+  ReadOptions reading{.forced_format = *forced};
+  const auto run = [&](const std::string& text) { return run_program(text, {}, reading); };
+  const ProgramRun header = run("M48\nINCH,LZ\nT1C1.0\n%\nT1\nX100Y2000\nM30\n");
+  EXPECT_EQ(header.diagnostics, Lines{"p.exc:2:1: warning[format-overridden]"});
+  EXPECT_EQ(header.holes().at(0).nominal_mm(), Vector2d(1, 20));
+  const ProgramRun body = run("M72\nT1\nX100Y2000\nM30\n");
+  EXPECT_EQ(body.diagnostics, Lines{"p.exc:1:1: warning[format-overridden]"});
+  EXPECT_EQ(body.holes().at(0).nominal_mm(), Vector2d(1, 20));
+  EXPECT_EQ(run("T1\nINCH,LZ\nX100Y2000\nM30\n").diagnostics,
+            Lines{"p.exc:2:1: warning[format-overridden]"});
+  EXPECT_EQ(run("M48\nMETRIC,TZ\n%\nT1\nX100Y2000\nM30\n").diagnostics, Lines{});
 }
 
 TEST(Interpreter, PassesMessagesAndSettingsOnInOrder) {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "program/excellon/text/header.h"
-
 #include <string>
 #include <vector>
 
+#include "program/excellon/text/header_reader.h"
 #include <gmock/gmock.h>
 
+#include "tests/program/program_run.h"
 #include "tests/support/matchers.h"
 
 namespace panelcal::excellon {
@@ -26,7 +26,8 @@ struct ReadHeader {
 ReadHeader read(std::string text) {
   DiagnosticLog log;
   ReadHeader out{{"p.exc", std::move(text)}, {}, {}};
-  out.header = read_header(out.source, {}, log);
+  const ReadOptions reading{.last_format = test::last_set_to_inch()};
+  out.header = read_header(out.source, reading, log);
   out.diagnostics = test::briefs(log);
   for (const Diagnostic& diagnostic : log.kept()) out.texts.push_back(diagnostic.text());
   return out;
@@ -152,14 +153,6 @@ TEST(Header, BlanksInACommandHaveNoMeaning) {
   EXPECT_EQ(
       out.diagnostics,
       (Texts{"p.exc:2:1: warning[notation-accepted]", "p.exc:3:1: error[header-word-unknown]"}));
-}
-
-TEST(Header, DigitsOfCommentsAreKnownElsewhere) {
-  EXPECT_EQ(digits_of_comment("; FILE_FORMAT=2:5"), std::pair(2, 5));
-  EXPECT_EQ(digits_of_comment(";FILE_FORMAT = 2:5 "), std::pair(2, 5));
-  EXPECT_EQ(digits_of_comment(";FORMAT={3:3/ absolute}"), std::pair(3, 3));
-  EXPECT_EQ(digits_of_comment(";FORMAT={-:-/ absolute}"), std::nullopt);
-  EXPECT_EQ(digits_of_comment("; 3:3"), std::nullopt);
 }
 
 // --- number format -------------------------------------------------------------------------------

@@ -88,16 +88,14 @@ std::map<int, int> hits(const ProgramRun& run) {
   return count;
 }
 
-const std::string kFormatAssumed = "p.exc:7:4: warning[format-assumed]";
-
 TEST(ManualVisionExamples, BothProceduresDrillTheSameHoles) {
   for (const std::uint64_t seed : {1, 2, 3, 4, 5}) {
     FunctionSource first_panel = crooked_panel(seed);
     FunctionSource second_panel = crooked_panel(seed);
     const ProgramRun first = run_program(first_procedure(), {}, first_panel);
     const ProgramRun second = run_program(second_procedure("G46X02Y03"), {}, second_panel);
-    EXPECT_EQ(first.diagnostics, Texts{kFormatAssumed});
-    EXPECT_EQ(second.diagnostics, Texts{kFormatAssumed});
+    EXPECT_EQ(first.diagnostics, Texts{});
+    EXPECT_EQ(second.diagnostics, Texts{});
     ASSERT_EQ(first.holes().size(), 24U);
     EXPECT_EQ(exact_holes(first), exact_holes(second)) << "seed " << seed;
     EXPECT_EQ(hits(first), (std::map<int, int>{{1, 6}, {2, 12}, {3, 6}}));
@@ -147,7 +145,7 @@ TEST(ManualVisionExamples, SecondProcedureAsPrintedIsDegenerate) {
   FunctionSource panel = crooked_panel(1);
   const ProgramRun run = run_program(second_procedure("G46X01Y02"), {}, panel);
   // The slip as printed measures one mark twice; each of its three boards is refused, once.
-  EXPECT_EQ(run.diagnostics, (Texts{kFormatAssumed, "p.exc:44:1: error[series-degenerate]"}));
+  EXPECT_EQ(run.diagnostics, (Texts{"p.exc:44:1: error[series-degenerate]"}));
   EXPECT_FALSE(run.survey.is_complete());
   EXPECT_TRUE(run.holes().empty());
 }

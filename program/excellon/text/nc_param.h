@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string_view>
+
+#include "calib/base/expected.h"
+#include "program/text/number_format.h"
+#include "program/text/source_text.h"
+
+namespace panelcal::excellon {
+
+/// Name of the file in which Allegro PCB Editor keeps the format of the drill files beside it.
+inline constexpr std::string_view kNcParamName = "nc_param.txt";
+
+/// Reads OUTPUT-UNITS, INTEGER-PLACES, DECIMAL-PLACES, SUPPRESS-LEAD-ZEROES and
+/// SUPPRESS-TRAIL-ZEROES; all other lines are passed over. Where neither zeros are suppressed, a
+/// number is the same with either; both at once leave them open.
+///
+/// Fails  argument-invalid: one of them with another value than the editor writes, or twice
+/// See    tests/program/excellon/text/nc_param_test.cc
+Expected<PartialFormat> read_nc_param(const SourceText& source);
+
+}  // namespace panelcal::excellon

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "program/excellon/text/lexer.h"
+#include "program/text/number_format.h"
+
+namespace panelcal::excellon {
+
+/// Numbers as they are written: what they mean in a format can be asked for without reading them
+/// again.
+class WrittenNumbers {
+ public:
+  /// Least and greatest value, in mm.
+  struct Extent {
+    double least_mm = 0;
+    double most_mm = 0;
+
+    double size_mm() const { return most_mm - least_mm; }
+    double farthest_mm() const;  ///< from 0
+  };
+
+  void add(std::string_view number);
+  bool is_empty() const { return n_ == 0; }
+  /// False if a number has more digits than the format.
+  bool fit(const NumberFormat& format) const;
+  /// Precondition: !is_empty()
+  Extent in(const NumberFormat& format) const;
+  /// True if the two formats give every number the same value.
+  bool mean_the_same_in(const NumberFormat& a, const NumberFormat& b) const;
+  /// Numbers with fewer digits than the format that begin with a zero: none would where leading
+  /// zeros may be left off. A lone 0 does not count.
+  int n_short_with_leading_zero(const NumberFormat& format) const;
+  int n_short_with_trailing_zero(const NumberFormat& format) const;
+
+ private:
+  void add_pointed(std::string_view number);
+
+  static constexpr std::size_t kMostDigits = 15;
+  struct OfLength {
+    std::int64_t least = 0;
+    std::int64_t most = 0;
+    int n = 0;
+    int n_leading_zero = 0;
+    int n_trailing_zero = 0;
+  };
+
+  std::array<OfLength, kMostDigits + 1> bare_;  ///< without a decimal point, by their digits
+  double least_pointed_ = 0;                    ///< with one, in units
+  double most_pointed_ = 0;
+  int n_pointed_ = 0;
+  int n_ = 0;
+  bool has_others_ = false;  ///< a text that no format reads
+};
+
+/// The numbers of a program that lengths of a job are known of.
+struct NumberCensus {
+  WrittenNumbers x;
+  WrittenNumbers y;
+  WrittenNumbers diameters;  ///< C of tools; 0 does not count
+  /// Coordinates are steps, here or there: they do not show how far the job extends.
+  bool is_incremental = false;
+  bool has_faults = false;  ///< a line is no block: it will be refused, whatever the format
+  /// The first coordinate, else the first diameter; empty: there is no number.
+  std::string first;
+  int first_line = 0;
+  int first_column = 0;
+};
+
+/// True if a coordinate or a diameter has digits without a decimal point: what they mean depends on
+/// the zeros.
+///
+/// Cost   O(n); where all have points, less than a tenth of what reading them costs
+bool has_bare_number(std::string_view program, ProgramSet set);
+
+/// Looks at every block of a program whose format is not known. Messages, texts, comments, header
+/// commands and blocks that do not lex are passed over.
+///
+/// Cost   O(n), n being the text
+/// See    tests/program/excellon/text/format_choice_test.cc
+NumberCensus take_census(std::string_view program, ProgramSet set);
+
+}  // namespace panelcal::excellon

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "program/excellon/text/nc_param.h"
+
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace panelcal::excellon {
+namespace {
+
+std::string summary(const std::string& text) {
+  const auto format = read_nc_param({"nc_param.txt", text});
+  if (!format) return format.error().text();
+  NumberFormat applied;
+  format->apply_to(applied);
+  return applied.summary() + (format->zeros ? "" : ", open");
+}
+
+/// As the editor writes it, in short.
+std::string lines(const std::string& units,
+                  const std::string& leading,
+                  const std::string& trailing) {
+  return "INTEGER-PLACES         2\nDECIMAL-PLACES         5\nX-OFFSET               0.000000\n"
+         "COORDINATES            ABSOLUTE\nOUTPUT-UNITS           " +
+         units + "\nSUPPRESS-LEAD-ZEROES   " + leading + "\nSUPPRESS-TRAIL-ZEROES  " + trailing +
+         "\nHEADER                 none\n";
+}
+
+TEST(NcParam, StatesUnitDigitsAndZeros) {
+  EXPECT_EQ(summary(lines("METRIC", "NO", "NO")), "metric 2.5, leading zeros kept");
+  EXPECT_EQ(summary(lines("METRIC", "YES", "NO")), "metric 2.5, trailing zeros kept");
+  EXPECT_EQ(summary(lines("ENGLISH", "NO", "YES")), "inch 2.5, leading zeros kept");
+}
+
+TEST(NcParam, LeavesZerosOpenThatAreBothLeftOff) {
+  EXPECT_EQ(summary(lines("METRIC", "YES", "YES")), "metric 2.5, leading zeros kept, open");
+}
+
+TEST(NcParam, MayStateNothing) {
+  EXPECT_EQ(summary(""), "inch 2.4, leading zeros kept, open");
+  EXPECT_EQ(summary("HEADER none\n"), "inch 2.4, leading zeros kept, open");
+}
+
+TEST(NcParam, NamesTheLineThatCannotBeRead) {
+  EXPECT_TRUE(summary("OUTPUT-UNITS FURLONGS\n").starts_with("nc_param.txt:1:1: "));
+  EXPECT_TRUE(summary("HEADER none\nINTEGER-PLACES 0\n").starts_with("nc_param.txt:2:1: "));
+  EXPECT_TRUE(summary("INTEGER-PLACES 2\nINTEGER-PLACES 3\n").starts_with("nc_param.txt:2:1: "));
+  EXPECT_TRUE(summary("SUPPRESS-LEAD-ZEROES\n").starts_with("nc_param.txt:1:1: "));
+}
+
+}  // namespace
+}  // namespace panelcal::excellon
