@@ -43,7 +43,7 @@ run_tests() {
   local results=$log_dir/tests_$(basename "$1").xml status=0
   rm -f "$results"
   (cd "$1" && shift && ctest --output-on-failure --no-tests=error -j "$(nproc)" --progress \
-    --output-junit "$results" "$@") || status=$?
+    --output-junit "$results" --test-output-size-passed 20000 "$@") || status=$?
   if [ -f "$results" ]; then
     python3 "$root/tools/skipped_tests.py" "$results" "${strict[@]}" || status=1
   fi
