@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "program/excellon/interpreter/interpreter.h"
+#include "program/excellon/text/header_words.h"
 
 namespace panelcal::excellon {
 
