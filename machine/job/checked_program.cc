@@ -21,7 +21,9 @@ Expected<SourceText> read_text(const std::string& path) {
 Expected<void> read_format_beside(const std::filesystem::path& folder, ReadOptions& reading) {
   const std::filesystem::path path = folder / excellon::kNcParamName;
   std::error_code error;
-  if (!std::filesystem::exists(path, error)) return {};
+  if (!std::filesystem::is_regular_file(path, error)) return {};
+  const PartialFormat& forced = reading.forced_format;
+  if (forced.unit && forced.zeros && forced.digits) return {};
   PANELCAL_TRY(const SourceText source, read_source(path));
   PANELCAL_TRY(reading.format_beside, excellon::read_nc_param(source));
   return {};

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/excellon/dialect.h"
 
+#include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include "program/excellon/interpreter/interpreter.h"
 #include "program/excellon/patterns/stored_patterns.h"
@@ -29,6 +33,18 @@ bool refuse_foreign(Program& program, DiagnosticLog& log) {
   return true;
 }
 
+/// The stored patterns that a text calls, in the manual's characters.
+std::map<std::string, SourceText, std::less<>> respelled_patterns(std::string_view text,
+                                                                  const ReadOptions& reading,
+                                                                  DiagnosticLog& log) {
+  auto patterns = read_patterns(text, reading.pattern_folders);
+  for (auto& [name, pattern] : patterns) {
+    std::string respelled = respell(pattern.bytes, Reporter(pattern.file, log)).text;
+    if (!respelled.empty()) pattern.bytes = std::move(respelled);
+  }
+  return patterns;
+}
+
 class ExcellonDialect final : public ProgramDialect {
  public:
   Dialect id() const override { return Dialect::Excellon; }
@@ -36,14 +52,19 @@ class ExcellonDialect final : public ProgramDialect {
   void read(Program& program, DiagnosticLog& log) const override {
     if (refuse_foreign(program, log)) return;
     const ReadOptions& reading = program.reading;
-    const auto header = std::make_shared<Header>(read_header(program.source, reading, log));
+    const auto pattern_texts = [&](std::string_view text) {
+      DiagnosticLog unheard;
+      std::vector<std::string> texts;
+      for (auto& [name, pattern] : respelled_patterns(text, reading, unheard)) {
+        texts.push_back(std::move(pattern.bytes));
+      }
+      return texts;
+    };
+    const auto header =
+        std::make_shared<Header>(read_header(program.source, reading, log, pattern_texts));
     program.head = header;
     if (!header->calls_patterns) return;
-    program.patterns = read_patterns(text_of(program), reading.pattern_folders);
-    for (auto& [name, pattern] : program.patterns) {
-      std::string text = respell(pattern.bytes, Reporter(pattern.file, log)).text;
-      if (!text.empty()) pattern.bytes = std::move(text);
-    }
+    program.patterns = respelled_patterns(text_of(program), reading, log);
   }
   bool has_reference_scaling() const override { return true; }
   bool has_decimal_coordinates(const Program& program) const override {

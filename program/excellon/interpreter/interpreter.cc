@@ -272,7 +272,18 @@ std::optional<std::size_t> Interpreter::second_block(const Block& block) const {
 /// A comment that states other digits than those in force: two files may have been joined. Digits
 /// that METRIC states rule over comments.
 void Interpreter::check_comment(const SourceLine& line) {
-  const auto digits = read_comment_format(line.text).digits;
+  const CommentFormat stated = read_comment_format(line.text);
+  const PartialFormat& forced = program_.reading.forced_format;
+  const bool is_other_unit = stated.unit && !forced.unit && *stated.unit != format_.unit;
+  const bool is_other_zeros = stated.zeros && !forced.zeros && *stated.zeros != format_.zeros;
+  const auto digits = forced.digits ? std::nullopt : stated.digits;
+  if (is_other_unit || is_other_zeros) {
+    return reporter_.report(Code::ArgumentInvalid,
+                            line.number,
+                            line.column,
+                            quoted(line.text) + " contradicts " + format_.summary(),
+                            "one number format for the whole program");
+  }
   if (!digits || (format_.states_digits && !header_.states_digits) ||
       *digits == std::pair(format_.integer_digits, format_.decimal_digits)) {
     return;

@@ -62,18 +62,31 @@ std::optional<CommentFormat> read_parts(std::string_view comment) {
   if (!rest.starts_with(':')) return std::nullopt;
   rest.remove_prefix(1);
   CommentFormat out;
+  std::string unknown;
   while (true) {
     const auto slash = rest.find('/');
     const std::string_view part = trimmed(rest.substr(0, slash));
-    if (const auto digits = digit_pair(part, '.')) out.digits = digits;
-    if (part == "MM") out.unit = LengthUnit::Millimeter;
-    if (part == "INCH" || part == "INCHES") out.unit = LengthUnit::Inch;
-    if (part == "LEADING") out.zeros = Zeros::TrailingKept;
-    if (part == "TRAILING") out.zeros = Zeros::LeadingKept;
-    out.is_incremental |= part == "INCREMENTAL";
-    if (slash == std::string_view::npos) return out;
+    const auto says = [&](std::string_view word) { return part.find(word) != part.npos; };
+    if (const auto digits = digit_pair(part, '.')) {
+      out.digits = digits;
+    } else if (part == "MM" || part == "METRIC") {
+      out.unit = LengthUnit::Millimeter;
+    } else if (part == "INCH" || part == "INCHES" || part == "ENGLISH") {
+      out.unit = LengthUnit::Inch;
+    } else if (says("LEADING") != says("TRAILING")) {
+      out.zeros = says("LEADING") ? Zeros::TrailingKept : Zeros::LeadingKept;
+    } else if (part == "INCREMENTAL") {
+      out.is_incremental = true;
+    } else if (part != "ABSOLUTE" && part != "NONE") {
+      unknown = part;
+    }
+    if (slash == std::string_view::npos) break;
     rest.remove_prefix(slash + 1);
   }
+  // Any other comment may begin so.
+  if (!out.digits) return CommentFormat();
+  out.unknown = unknown;
+  return out;
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -15,6 +16,10 @@ struct CommentFormat {
   std::optional<LengthUnit> unit;
   std::optional<Zeros> zeros;
   bool is_incremental = false;
+  std::string unknown;  ///< a part that says nothing known, of a comment that states digits
+
+  static constexpr const char* kExpected =
+      "digits, Absolute or Incremental, MM or Inch, Leading, Trailing or None";
 };
 
 /// Reads `;FILE_FORMAT=4:4` (Altium, EasyEDA), `; FORMAT={3:3/ absolute / metric / suppress leading

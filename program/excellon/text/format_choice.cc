@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "program/excellon/text/body_unit.h"
@@ -12,7 +13,7 @@
 namespace panelcal::excellon {
 namespace {
 
-constexpr double kLeastJob_mm = 1;
+constexpr double kLeastJob_mm = 0.1;
 constexpr double kMostJob_mm = 1000;
 constexpr double kLeastDrill_mm = 0.03;
 constexpr double kMostDrill_mm = 20;
@@ -40,7 +41,7 @@ std::string spread(const NumberCensus& census, const NumberFormat& format) {
   append("x", census.x);
   append("y", census.y);
   if (text.empty()) append("drills", census.diameters);
-  return text + " mm";
+  return text.empty() ? "other lengths" : text + " mm";
 }
 
 bool fit(const NumberCensus& census, const NumberFormat& format) {
@@ -61,39 +62,35 @@ std::string against_diameters(const WrittenNumbers& diameters, const NumberForma
   return "";
 }
 
+/// Axes may be swapped, so the longer side counts for both.
 std::string against_places(const NumberCensus& census,
                            const NumberFormat& format,
                            const std::optional<Eigen::Vector2d>& travel_mm) {
+  const double limit_mm = travel_mm ? travel_mm->maxCoeff() : kMostJob_mm;
   double most_size_mm = 0;
   bool is_far = false;
-  int axis = 0;
   for (const WrittenNumbers* numbers : {&census.x, &census.y}) {
-    const double limit_mm = travel_mm ? (*travel_mm)[axis++] : kMostJob_mm;
     if (numbers->is_empty()) continue;
     const WrittenNumbers::Extent extent = numbers->in(format);
     most_size_mm = std::max(most_size_mm, extent.size_mm());
     is_far |= extent.size_mm() > limit_mm || (!travel_mm && extent.farthest_mm() > limit_mm);
   }
-  if (is_far) {
-    return fmt::format("coordinates would be {}", spread(census, format));
-  }
-  if (census.is_incremental || most_size_mm == 0) return "";
-  double least_mm = kLeastJob_mm;
-  if (!census.diameters.is_empty()) {
-    least_mm = std::max(least_mm, census.diameters.in(format).most_mm);
-  }
-  if (most_size_mm >= least_mm) return "";
-  return fmt::format("all coordinates would be {}", spread(census, format));
+  const bool is_small = !census.is_incremental && most_size_mm > 0 && most_size_mm < kLeastJob_mm;
+  return is_far || is_small ? "coordinates would be " + spread(census, format) : "";
 }
 
 /// The zeros that numbers keep, and no writer would.
 std::string against_zeros(const NumberCensus& census, const NumberFormat& format) {
   int n_leading = 0;
   int n_trailing = 0;
+  int n_lengths = 0;
   for (const WrittenNumbers* numbers : {&census.x, &census.y}) {
-    n_leading += numbers->n_short_with_leading_zero(format);
-    n_trailing += numbers->n_short_with_trailing_zero(format);
+    const WrittenNumbers::KeptZeros kept = numbers->short_with_zeros(format);
+    n_leading += kept.n_leading;
+    n_trailing += kept.n_trailing;
+    n_lengths = std::max(n_lengths, numbers->n_lengths());
   }
+  if (n_lengths < 2) return "";
   if (format.zeros == Zeros::LeadingKept && n_trailing >= kTellingZeros && n_leading == 0) {
     return fmt::format("{} numbers end with zeros that it would leave off", n_trailing);
   }
@@ -114,6 +111,8 @@ std::string against(const NumberCensus& census,
 }
 
 bool are_alike(const NumberCensus& census, const NumberFormat& a, const NumberFormat& b) {
+  if (a.unit != b.unit && census.has_other_lengths) return false;
+  if (a.zeros != b.zeros && census.has_other_bare_lengths) return false;
   return std::ranges::all_of(
       std::array{&census.x, &census.y, &census.diameters},
       [&](const WrittenNumbers* numbers) { return numbers->mean_the_same_in(a, b); });
@@ -123,21 +122,20 @@ bool are_alike(const NumberCensus& census, const NumberFormat& a, const NumberFo
 struct Known {
   std::optional<LengthUnit> unit;
   std::optional<Zeros> zeros;
-  /// Only the body states the unit, behind numbers of the header.
-  bool is_late = false;
+  /// Only the body states the unit, here, behind numbers of the header.
+  std::optional<BodyUnit> late;
 };
 
 Known known_of(std::string_view program, const Header& draft, const FormatStart& start) {
   Known known;
-  const bool has_unit = draft.states_format || start.knows_unit;
-  if (has_unit) known.unit = draft.format.unit;
+  if (draft.states_format || start.knows_unit) known.unit = draft.format.unit;
   if (draft.states_zeros || start.knows_zeros) known.zeros = draft.format.zeros;
   if (draft.states_format && known.zeros) return known;
   const auto body = find_body_unit(LineCursor(program, draft.body), draft.set);
   if (!body) return known;
   if (!draft.states_format) known.unit = body->unit;
   if (!known.zeros) known.zeros = body->zeros;
-  known.is_late = !has_unit && draft.has_dimension;
+  if (!draft.states_format && draft.has_dimension) known.late = body;
   return known;
 }
 
@@ -169,15 +167,32 @@ std::vector<Reading> readings_of(const Known& known,
 
 /// A unit that only the body states is the header's too, if no drill has these diameters in the
 /// other one.
-bool holds_for_header(const NumberCensus& census,
-                      const Header& draft,
-                      LengthUnit unit,
-                      const ReadOptions& reading) {
-  const LengthUnit other = unit == LengthUnit::Inch ? LengthUnit::Millimeter : LengthUnit::Inch;
-  const auto reason = [&](LengthUnit of) {
-    return against_diameters(census.diameters, with_unit(draft, of, reading));
-  };
-  return reason(unit).empty() && !reason(other).empty();
+std::optional<NumberFormat> late_format(const NumberCensus& census,
+                                        const Header& draft,
+                                        const BodyUnit& late,
+                                        const ReadOptions& reading,
+                                        const Reporter& reporter) {
+  const bool is_inch = late.unit == LengthUnit::Inch;
+  const NumberFormat stated = with_unit(draft, late.unit, reading);
+  const NumberFormat other =
+      with_unit(draft, is_inch ? LengthUnit::Millimeter : LengthUnit::Inch, reading);
+  const std::string reason = against_diameters(census.diameters, other);
+  if (reason.empty() || !against_diameters(census.diameters, stated).empty()) return std::nullopt;
+  reporter.report(Code::FormatAssumed,
+                  late.line,
+                  1,
+                  fmt::format("{} holds for the tools before it; in {}, {}",
+                              quoted(late.text),
+                              other.summary(),
+                              reason),
+                  std::string(kRemedy));
+  return stated;
+}
+
+NumberCensus census_of(std::span<const std::string_view> texts, const LineRules& rules) {
+  NumberCensus census;
+  for (const std::string_view text : texts) take_census(text, rules, census);
+  return census;
 }
 
 }  // namespace
@@ -193,35 +208,38 @@ FormatStart stated_start(const ReadOptions& reading) {
   return start;
 }
 
-FormatStart choose_format(std::string_view program,
+FormatStart choose_format(std::span<const std::string_view> texts,
                           const Header& draft,
                           FormatStart start,
                           const ReadOptions& reading,
                           const Reporter& reporter) {
-  const Known known = known_of(program, draft, start);
-  if (known.unit && known.zeros && !known.is_late) return start;
-  if (known.unit && !known.is_late && !has_bare_number(program, draft.set)) return start;
-  const NumberCensus census = take_census(program, draft.set);
-  if (known.is_late && holds_for_header(census, draft, *known.unit, reading)) {
-    start.format = with_unit(draft, *known.unit, reading);
+  const Known known = known_of(texts.front(), draft, start);
+  if (known.unit && known.zeros && !known.late) return start;
+  const LineRules rules{draft.set,
+                        draft.block_delete.value_or(reading.block_delete.value_or(false))};
+  const auto has_bare = [&](std::string_view text) { return has_bare_number(text, rules); };
+  if (known.unit && !known.late && std::ranges::none_of(texts, has_bare)) return start;
+  NumberCensus census = census_of(texts, rules);
+  census.is_incremental |= draft.incremental;
+  if (known.late) {
+    if (const auto format = late_format(census, draft, *known.late, reading, reporter)) {
+      start.format = *format;
+    }
   }
   std::vector<Reading> readings = readings_of(known, draft, reading);
   const auto differs_from = [&](const Reading& one) {
     return [&](const Reading& two) { return !are_alike(census, one.format, two.format); };
   };
-  const auto fits = [&](const Reading& one) { return fit(census, one.format); };
   if (std::ranges::none_of(readings, differs_from(readings.front()))) return start;
-  // The first number that is too long is named where it stands.
-  if (std::ranges::none_of(readings, fits)) return start;
   for (Reading& one : readings) one.against = against(census, one.format, reading.travel_mm);
   // Those that are possible first, each kind in the order of preference.
   std::ranges::stable_partition(readings, &std::string::empty, &Reading::against);
   const Reading& best = readings.front();
   const Reading& other = *std::ranges::find_if(readings, differs_from(best));
-  if (best.against.empty() != other.against.empty()) {
+  if (best.against.empty() && !other.against.empty()) {
     start.format.zeros = best.format.zeros;
     if (!known.unit) start.format = best.format;
-    start.evidence = fmt::format("not stated; in {}, {}", other.format.summary(), other.against);
+    start.assumed = fmt::format("not stated: in {}, {}", other.format.summary(), other.against);
     reporter.report(Code::FormatAssumed,
                     census.first_line,
                     census.first_column,
@@ -233,8 +251,6 @@ FormatStart choose_format(std::string_view program,
                     std::string(kRemedy));
     return start;
   }
-  // Where lines are no blocks, they are what is wrong first of all.
-  if (census.has_faults) return start;
   const auto text = [&](const Reading& one) {
     const std::string reason = one.against.empty() ? "" : ", but " + one.against;
     return fmt::format("{} ({}{})", one.format.summary(), spread(census, one.format), reason);
@@ -244,7 +260,9 @@ FormatStart choose_format(std::string_view program,
                   census.first_column,
                   fmt::format("{} is {} or {}", quoted(census.first), text(best), text(other)),
                   std::string(kRemedy));
-  start.is_open = true;
+  // Lines that are no blocks, and numbers that no format has, are named as well where they stand.
+  const auto fits = [&](const Reading& one) { return fit(census, one.format); };
+  start.is_open = !census.has_faults && std::ranges::any_of(readings, fits);
   return start;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -19,27 +20,21 @@ struct FormatStart {
   bool knows_zeros = false;
   bool is_open = false;  ///< format-ambiguous
   std::string evidence;  ///< its source, for people; empty: nothing states it
+  std::string assumed;   ///< why it can be no other, where nothing states it
 };
 
 /// The one of --format and the control's last setting.
 FormatStart stated_start(const ReadOptions& reading);
 
 /// Finds the one format that the numbers can be meant in of a program that does not state its unit
-/// or its zeros: readings that give all numbers the same values are one. A reading is ruled out
-/// where
-/// - a number has more digits than it,
-/// - two or more numbers that are shorter than it keep zeros that it would leave off, and none
-/// keeps
-///   those that the other reading would leave off,
-/// - coordinates spread beyond the travel (without one: beyond 1 m, or lie farther than that from
-///   work zero), or within 1 mm or the largest tool,
-/// - a drill's diameter is below 0.03 mm or above 20 mm.
+/// or its zeros; docs/conventions.md, "Number format not stated", has what rules a reading out.
 ///
-/// In     draft: the header as read with `start`; what it states is known
+/// In     texts: the program, then the stored patterns it calls
+///        draft: the header as read with `start`; what it states is known
 /// Out    `start` with the one reading that is left, and a warning format-assumed with the reason
 /// Fails  into the log: format-ambiguous, with the extents of two readings
 /// Source CNC-7 manual, Leading and Trailing Zeros: which zeros a writer leaves off in each mode
-FormatStart choose_format(std::string_view program,
+FormatStart choose_format(std::span<const std::string_view> texts,
                           const Header& draft,
                           FormatStart start,
                           const ReadOptions& reading,

@@ -18,7 +18,7 @@ HeaderFormat::HeaderFormat(Header& header,
       reporter_(reporter),
       forced_(reading.forced_format),
       setting_(reading.unstated_format()),
-      start_evidence_(start.evidence),
+      start_(start),
       digits_from_hint_(forced_.digits.has_value()) {
   header.format = start.format;
   header.is_refused = start.is_open;
@@ -37,10 +37,13 @@ void HeaderFormat::read_unit(int line, int column, HeaderCommand command) {
             quoted(word) + " contradicts the " + unit_word_ + " before it",
             "one unit for the whole program");
   }
-  const bool is_late = header_.has_dimension && unit_word_ != word;
+  const bool is_late = header_.has_dimension && unit_word_ != word && !forced_.unit;
   if (is_late) report_late(line, column, quoted(word), "unit");
   unit_word_ = word;
   format.unit = word == "INCH" ? LengthUnit::Inch : LengthUnit::Millimeter;
+  if (hint_unit_.value_or(format.unit) != format.unit) {
+    digits_from_hint_ = header_.states_digits = format.states_digits = false;
+  }
   if (!digits_from_hint_ && !has_digit_mask_) format.take_digits(setting_);
   header_.states_format = true;
   header_.format_evidence = fmt::format("line {}: {}", line, command.text());
@@ -56,7 +59,7 @@ void HeaderFormat::take_options(int line, int column, std::string_view options, 
     if (part == "LZ" || part == "TZ") {
       const Zeros zeros = part == "LZ" ? Zeros::LeadingKept : Zeros::TrailingKept;
       const bool changes = zeros != format.zeros && !header_.states_zeros;
-      if (changes && header_.has_dimension && !is_late) {
+      if (changes && header_.has_dimension && !is_late && !forced_.zeros) {
         report_late(line, column, quoted(part), "zeros");
       }
       format.zeros = zeros;
@@ -76,9 +79,25 @@ void HeaderFormat::take_options(int line, int column, std::string_view options, 
 
 void HeaderFormat::read_comment(int line, std::string_view text) {
   const CommentFormat stated = read_comment_format(text);
-  if (stated.digits && !has_digit_mask_) take_digits(line, *stated.digits, text);
-  if (stated.unit && !header_.states_format) take_unit(line, *stated.unit, text);
+  if (!stated.unknown.empty()) {
+    invalid(line, 1, quoted(stated.unknown) + " in " + quoted(text), CommentFormat::kExpected);
+  }
+  const bool is_other_unit =
+      stated.unit && header_.states_format && *stated.unit != header_.format.unit;
+  if (is_other_unit && unit_word_.empty() && !forced_.unit) {
+    return invalid(line,
+                   1,
+                   quoted(text) + " contradicts " + header_.format.summary(),
+                   "one number format for the whole program");
+  }
   header_.incremental |= stated.is_incremental;
+  // Of a comment that the header overrules in its unit, digits and zeros mean nothing either.
+  if (is_other_unit) return impose(line, 1, text);
+  if (stated.digits && !has_digit_mask_) {
+    take_digits(line, *stated.digits, text);
+    hint_unit_ = stated.unit;
+  }
+  if (stated.unit && !header_.states_format) take_unit(line, *stated.unit, text);
   if (stated.zeros && !has_zeros_word_) {
     header_.format.zeros = *stated.zeros;
     header_.states_zeros = true;
@@ -112,7 +131,7 @@ void HeaderFormat::read_body(LineCursor body) {
       header_.body_format = header_.format;
       header_.body_format->unit = stated->unit;
       if (!header_.states_digits) header_.body_format->take_digits(setting_);
-      if (stated->zeros) header_.body_format->zeros = *stated->zeros;
+      if (stated->zeros && !forced_.zeros) header_.body_format->zeros = *stated->zeros;
       header_.format_evidence = fmt::format("line {}: {}", stated->line, stated->text);
     }
   }
@@ -123,6 +142,13 @@ void HeaderFormat::read_body(LineCursor body) {
 void HeaderFormat::impose(int line, int column, std::string_view text) {
   if (forced_.is_empty()) return;
   NumberFormat imposed = header_.format;
+  const LengthUnit unit = forced_.unit.value_or(imposed.unit);
+  // Digits of a mask are those of its unit; a comment's may be of either.
+  if (unit != imposed.unit && !digits_from_hint_) {
+    imposed.unit = unit;
+    imposed.states_digits = false;
+    imposed.take_digits(setting_);
+  }
   forced_.apply_to(imposed);
   const bool is_another = imposed.summary() != header_.format.summary();
   header_.format = imposed;
@@ -136,12 +162,20 @@ void HeaderFormat::impose(int line, int column, std::string_view text) {
 
 void HeaderFormat::add_evidence_of_start() {
   std::string& evidence = header_.format_evidence;
-  if (start_evidence_.empty()) return;
+  const auto join = [](std::string_view first, std::string_view second) {
+    return fmt::format("{}{}{}", first, first.empty() || second.empty() ? "" : "; ", second);
+  };
+  const NumberFormat format = header_.number_format();
+  NumberFormat usual = format;
+  usual.take_digits(setting_);
+  const bool has_setting_digits = !header_.states_digits && !has_digit_mask_ && setting_.digits &&
+                                  usual.summary() == format.summary();
   if (!forced_.is_empty()) {
-    evidence = start_evidence_ + (evidence.empty() ? "" : " over " + evidence);
-  } else if (evidence.empty() || !header_.states_zeros) {
-    evidence += (evidence.empty() ? "" : "; ") + start_evidence_;
+    evidence = join(start_.evidence, evidence);
+  } else if (evidence.empty() || !header_.states_zeros || has_setting_digits) {
+    evidence = join(evidence, start_.evidence);
   }
+  evidence = join(evidence, start_.assumed);
 }
 
 void HeaderFormat::report_late(int line,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -19,7 +20,7 @@ namespace panelcal::excellon {
 /// order they rule over each other, and what rules over them all.
 class HeaderFormat {
  public:
-  /// All but `start` must outlive it.
+  /// All of them must outlive it.
   HeaderFormat(Header& header,
                const Reporter& reporter,
                const FormatStart& start,
@@ -46,7 +47,8 @@ class HeaderFormat {
   const Reporter& reporter_;
   const PartialFormat& forced_;  ///< --format
   PartialFormat setting_;        ///< digits of a unit where the header states none
-  std::string start_evidence_;
+  const FormatStart& start_;
+  std::optional<LengthUnit> hint_unit_;  ///< of the comment that states the digits
   bool digits_from_hint_ = false;
   bool has_zeros_word_ = false;
   bool has_digit_mask_ = false;

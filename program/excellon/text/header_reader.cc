@@ -370,7 +370,10 @@ class HeaderReader {
 
 }  // namespace
 
-Header read_header(const SourceText& source, const ReadOptions& reading, DiagnosticLog& log) {
+Header read_header(const SourceText& source,
+                   const ReadOptions& reading,
+                   DiagnosticLog& log,
+                   const PatternTexts& read_patterns) {
   Spelling spelling = respell(source.bytes, Reporter(source.file, log));
   const std::string_view bytes =
       spelling.text.empty() ? source.bytes : std::string_view(spelling.text);
@@ -382,7 +385,11 @@ Header read_header(const SourceText& source, const ReadOptions& reading, Diagnos
     // Tool data before the line that states the unit, or none: the numbers say how to read them.
     DiagnosticLog unheard;
     const Header draft = read(start, unheard);
-    start = choose_format(bytes, draft, std::move(start), reading, Reporter(source.file, log));
+    std::vector<std::string> patterns;
+    if (read_patterns && spelling.calls_patterns) patterns = read_patterns(bytes);
+    std::vector<std::string_view> texts(patterns.begin(), patterns.end());
+    texts.insert(texts.begin(), bytes);
+    start = choose_format(texts, draft, std::move(start), reading, Reporter(source.file, log));
   }
   Header header = read(start, log);
   header.calls_patterns = spelling.calls_patterns;

@@ -59,15 +59,15 @@ Expected<PartialFormat> read_nc_param(const SourceText& source) {
     }
   }
   PartialFormat format;
-  format.from = source.file;
   if (values[kUnits])
     format.unit = *values[kUnits] == 0 ? LengthUnit::Inch : LengthUnit::Millimeter;
   if (values[kBefore] && values[kBehind]) format.digits.emplace(*values[kBefore], *values[kBehind]);
   const bool leaves_leading = values[kLeading] == 1;
   const bool leaves_trailing = values[kTrailing] == 1;
-  if (values[kLeading] && values[kTrailing] && !(leaves_leading && leaves_trailing)) {
+  if (leaves_leading != leaves_trailing) {
     format.zeros = leaves_leading ? Zeros::TrailingKept : Zeros::LeadingKept;
   }
+  if (!format.is_empty()) format.from = source.file;
   return format;
 }
 

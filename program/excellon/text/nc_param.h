@@ -13,8 +13,8 @@ namespace panelcal::excellon {
 inline constexpr std::string_view kNcParamName = "nc_param.txt";
 
 /// Reads OUTPUT-UNITS, INTEGER-PLACES, DECIMAL-PLACES, SUPPRESS-LEAD-ZEROES and
-/// SUPPRESS-TRAIL-ZEROES; all other lines are passed over. Where neither zeros are suppressed, a
-/// number is the same with either; both at once leave them open.
+/// SUPPRESS-TRAIL-ZEROES; all other lines are passed over. Neither and both of the last two leave
+/// the zeros open: numbers with all their digits are the same with either.
 ///
 /// Fails  argument-invalid: one of them with another value than the editor writes, or twice
 /// See    tests/program/excellon/text/nc_param_test.cc

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "program/excellon/text/header_words.h"
+#include "program/model/setting_lengths.h"
 #include "program/model/tool_links.h"
 #include "program/text/gaps.h"
 
@@ -38,36 +39,66 @@ bool is_bare(std::string_view number) {
   return number.find('.') == std::string_view::npos && !is_nothing(number);
 }
 
-/// The numbers of a block that lengths of the job are known of.
-struct Kinds {
-  bool has_coordinates = false;  ///< work coordinates and steps: not dwells, zeros or texts
-  bool has_diameters = false;
-};
+/// Of the numbers of a block what a census makes of them.
+enum class Meaning : std::uint8_t { None, Place, Diameter, Other, Rate };
 
-Kinds kinds_of(const Block& block, ProgramSet set) {
+/// Work coordinates and steps are places: not dwells, zeros and sizes of cycles.
+Meaning meaning_of(const Block& block, const Word& word, ProgramSet set) {
+  constexpr std::string_view kLengths = "AIJZU";
   const Word& first = block.words[0];
-  if (is_coordinate(first) || first.letter == 'R') return {true, false};
-  if (first.letter == 'T') return {true, true};
-  if (first.letter != 'G' && first.letter != 'M') return {};
+  if (word.letter == 'F' || word.letter == 'B') return Meaning::Rate;
+  if (kLengths.find(word.letter) != std::string_view::npos) return Meaning::Other;
+  if (word.letter == 'C' && first.letter == 'T') return Meaning::Diameter;
+  if (!is_coordinate(word)) return Meaning::None;
+  if (is_coordinate(first) || first.letter == 'R' || first.letter == 'T') {
+    const Word* const cycle = block.find('G');
+    const bool is_size = cycle != nullptr && command_of(*cycle, set) == Command::CannedCircle &&
+                         word.column > cycle->column;
+    return is_size ? Meaning::Other : Meaning::Place;
+  }
   const auto command = command_of(first, set);
-  return {command && *command != Command::Dwell && *command != Command::SetZero, false};
+  const bool is_place = command && *command != Command::Dwell && *command != Command::SetZero;
+  return is_place ? Meaning::Place : Meaning::Other;
 }
 
-enum class Line : std::uint8_t { Block, Other, Fault };
+/// Lengths of settings and orders, which have forms of their own.
+bool has_settings_length(std::string_view text) {
+  constexpr std::array<std::string_view, 7> kWords = {
+      "CP,", "Z,", "ZC,", "CAN_TEXT_OFF,", "$uvis,searcharea,", "$uvis,focus,", "G34,"};
+  const bool is_one =
+      std::ranges::any_of(kWords, [&](std::string_view word) { return text.starts_with(word); });
+  if (text.starts_with("G34,") && std::ranges::count(text, ',') < 2) return false;
+  return (is_one || has_length(text)) && !is_nothing(text);
+}
 
-/// Moves behind the next line.
-Line next_line(LineCursor& cursor, Block& block) {
+bool is_end(const Block& block, ProgramSet set) {
+  return std::ranges::any_of(block.all(), [&](const Word& word) {
+    if (word.letter != 'M') return false;
+    const auto command = command_of(word, set);
+    return command == Command::EndRewind || command == Command::EndNoRewind;
+  });
+}
+
+enum class Line : std::uint8_t { Block, Setting, Other, Fault };
+
+/// Moves behind the next line that is executed, or to the end of the text.
+Line next_line(LineCursor& cursor, const LineRules& rules, Block& block) {
   SourceLine line = cursor.next();
   LineKind kind = kind_of(line.text);
   if (kind == LineKind::BlockDelete) {
+    if (rules.deletes_blocks) return Line::Other;
     line = without_slash(line);
     kind = kind_of(line.text);
   }
-  if (kind != LineKind::Words || is_tool_link(trimmed(line.text))) return Line::Other;
+  block.text = trimmed(line.text);
+  if (kind != LineKind::Words && kind != LineKind::KeyboardOrder) return Line::Other;
+  if (is_tool_link(block.text)) return Line::Other;
   if (is_long_message(line.text)) {
     skip_message(cursor, line.text);
     return Line::Other;
   }
+  if (has_settings_length(block.text)) return Line::Setting;
+  if (kind == LineKind::KeyboardOrder) return Line::Other;
   if (lex(line, block)) return Line::Fault;
   return block.n_words > 0 ? Line::Block : Line::Other;
 }
@@ -80,19 +111,27 @@ bool is_incremental_word(std::string_view text) {
 /// Sixteen characters at once, a form that GCC and Clang have for every machine.
 using Sixteen = signed char __attribute__((vector_size(16)));
 
-/// Characters of a text whose whole lines have nothing but X and Y, each with one decimal point; 0
-/// if the next lines have anything else. Most programs without zeros are so from end to end, and
-/// each pays for the look.
-std::size_t length_of_pointed_lines(std::string_view text) {
+/// Lines that a text begins with.
+struct PointedLines {
+  std::size_t n_characters = 0;
+  bool are_so = false;  ///< nothing but X and Y, with as many decimal points as letters
+};
+
+/// Most programs without zeros have decimal points from end to end, and each pays for the look.
+PointedLines look_for_pointed_lines(std::string_view text) {
   constexpr std::size_t kMost = 127 * sizeof(Sixteen);  // counts fit into a character
   std::size_t size = std::min(text.size(), kMost);
-  if (size == kMost) size = text.substr(0, size).find_last_of('\n') + 1;  // 0 if there is none
+  if (size == kMost) {
+    const std::size_t line_end = text.substr(0, size).find_last_of("\r\n");
+    if (line_end == std::string_view::npos) return {size, false};
+    size = line_end + 1;
+  }
   Sixteen more_points = {};
   Sixteen others = {};
   const auto look = [&](Sixteen c) {
     const Sixteen xy = (c | 1) == 'Y';
     more_points += xy - (c == '.');
-    others |= (c > '9') & ~xy;
+    others |= ((c > '9') & ~xy) | (c == '/');
   };
   std::size_t i = 0;
   for (; i + sizeof(Sixteen) <= size; i += sizeof(Sixteen)) {
@@ -104,12 +143,12 @@ std::size_t length_of_pointed_lines(std::string_view text) {
   std::memcpy(&rest, text.data() + i, size - i);
   look(rest);
   int sum = 0;
-  int n_others = 0;
+  bool has_others = false;
   for (std::size_t lane = 0; lane < sizeof(Sixteen); ++lane) {
     sum += more_points[lane];
-    n_others += others[lane] != 0;
+    has_others |= others[lane] != 0;
   }
-  return sum == 0 && n_others == 0 ? size : 0;
+  return {size, sum == 0 && !has_others};
 }
 
 }  // namespace
@@ -198,71 +237,88 @@ bool WrittenNumbers::mean_the_same_in(const NumberFormat& a, const NumberFormat&
   return true;
 }
 
-int WrittenNumbers::n_short_with_leading_zero(const NumberFormat& format) const {
-  int sum = 0;
+WrittenNumbers::KeptZeros WrittenNumbers::short_with_zeros(const NumberFormat& format) const {
+  KeptZeros sum;
   for (std::size_t n = 1; n < total_digits(format) && n <= kMostDigits; ++n) {
-    sum += bare_.at(n).n_leading_zero;
+    sum.n_leading += bare_.at(n).n_leading_zero;
+    sum.n_trailing += bare_.at(n).n_trailing_zero;
   }
   return sum;
 }
 
-int WrittenNumbers::n_short_with_trailing_zero(const NumberFormat& format) const {
-  int sum = 0;
-  for (std::size_t n = 1; n < total_digits(format) && n <= kMostDigits; ++n) {
-    sum += bare_.at(n).n_trailing_zero;
-  }
-  return sum;
+int WrittenNumbers::n_lengths() const {
+  return static_cast<int>(std::ranges::count_if(
+      bare_, [](const OfLength& of) { return of.least != 0 || of.most != 0; }));
 }
 
-bool has_bare_number(std::string_view program, ProgramSet set) {
+bool has_bare_number(std::string_view program, const LineRules& rules) {
+  std::size_t slow_until = 0;
   for (LineCursor cursor(program); !cursor.at_end();) {
-    if (const std::size_t n = length_of_pointed_lines(program.substr(cursor.offset())); n > 0) {
-      cursor.skip(n, 0);
-      continue;
+    if (cursor.offset() >= slow_until) {
+      const PointedLines ahead = look_for_pointed_lines(program.substr(cursor.offset()));
+      if (ahead.are_so) {
+        cursor.skip(ahead.n_characters, 0);
+        continue;
+      }
+      slow_until = cursor.offset() + ahead.n_characters;
     }
     Block block;
-    if (next_line(cursor, block) != Line::Block) continue;
-    const Kinds kinds = kinds_of(block, set);
+    const Line line = next_line(cursor, rules, block);
+    if (line == Line::Setting && block.text.find('.') == std::string_view::npos) return true;
+    if (line != Line::Block) continue;
     for (const Word& word : block.all()) {
-      const bool counts = (kinds.has_coordinates && is_coordinate(word)) ||
-                          (kinds.has_diameters && word.letter == 'C');
+      const Meaning meaning = meaning_of(block, word, rules.set);
+      const bool counts = meaning != Meaning::None && meaning != Meaning::Rate;
       if (counts && is_bare(word.number)) return true;
     }
+    if (is_end(block, rules.set)) return false;
   }
   return false;
 }
 
-NumberCensus take_census(std::string_view program, ProgramSet set) {
-  NumberCensus census;
-  bool has_coordinate = false;
-  const auto see = [&](const Word& word, int line) {
-    if (word.letter == 'C') {
-      if (is_nothing(word.number)) return;
-      census.diameters.add(word.number);
-    } else {
-      (word.letter == 'X' ? census.x : census.y).add(word.number);
-    }
-    const bool is_first = census.first.empty() || (!has_coordinate && word.letter != 'C');
+void take_census(std::string_view program, const LineRules& rules, NumberCensus& census) {
+  bool has_coordinate = !census.x.is_empty() || !census.y.is_empty();
+  const auto name_first = [&](const Word& word, int line, bool is_coordinate_of) {
+    const bool is_first = census.first.empty() || (!has_coordinate && is_coordinate_of);
     if (word.number.empty() || !is_first) return;
-    has_coordinate = word.letter != 'C';
+    has_coordinate = is_coordinate_of;
     census.first = word.text();
     census.first_line = line;
     census.first_column = word.column;
   };
   for (LineCursor cursor(program); !cursor.at_end();) {
+    const int number = cursor.line_number();
     Block block;
-    const Line line = next_line(cursor, block);
+    const Line line = next_line(cursor, rules, block);
     census.has_faults |= line == Line::Fault;
+    if (line == Line::Setting) {
+      census.has_other_lengths = true;
+      census.has_other_bare_lengths |= block.text.find('.') == std::string_view::npos;
+      if (census.first.empty()) {
+        census.first = block.text;
+        census.first_line = number;
+        census.first_column = 1;
+      }
+    }
     if (line != Line::Block) continue;
     census.is_incremental |= is_incremental_word(block.text);
-    const Kinds kinds = kinds_of(block, set);
     for (const Word& word : block.all()) {
-      const bool counts = (kinds.has_coordinates && is_coordinate(word)) ||
-                          (kinds.has_diameters && word.letter == 'C');
-      if (counts) see(word, block.line);
+      const Meaning meaning = meaning_of(block, word, rules.set);
+      if (meaning == Meaning::None) continue;
+      if (meaning == Meaning::Place) {
+        (word.letter == 'X' ? census.x : census.y).add(word.number);
+      } else if (is_nothing(word.number)) {
+        continue;
+      } else if (meaning == Meaning::Diameter) {
+        census.diameters.add(word.number);
+      } else {
+        census.has_other_lengths = true;
+        census.has_other_bare_lengths |= meaning == Meaning::Other && is_bare(word.number);
+      }
+      name_first(word, block.line, meaning == Meaning::Place);
     }
+    if (is_end(block, rules.set)) return;
   }
-  return census;
 }
 
 }  // namespace panelcal::excellon

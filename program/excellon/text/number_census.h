@@ -34,10 +34,15 @@ class WrittenNumbers {
   Extent in(const NumberFormat& format) const;
   /// True if the two formats give every number the same value.
   bool mean_the_same_in(const NumberFormat& a, const NumberFormat& b) const;
-  /// Numbers with fewer digits than the format that begin with a zero: none would where leading
-  /// zeros may be left off. A lone 0 does not count.
-  int n_short_with_leading_zero(const NumberFormat& format) const;
-  int n_short_with_trailing_zero(const NumberFormat& format) const;
+  /// Numbers with fewer digits than the format that keep zeros on either side: none would on the
+  /// side where zeros may be left off. A lone 0 does not count.
+  struct KeptZeros {
+    int n_leading = 0;
+    int n_trailing = 0;
+  };
+  KeptZeros short_with_zeros(const NumberFormat& format) const;
+  /// Different counts of digits: with one alone, nothing is left off.
+  int n_lengths() const;
 
  private:
   void add_pointed(std::string_view number);
@@ -64,26 +69,35 @@ struct NumberCensus {
   WrittenNumbers x;
   WrittenNumbers y;
   WrittenNumbers diameters;  ///< C of tools; 0 does not count
+  /// Other lengths and rates, of which nothing is known but that the unit measures them.
+  bool has_other_lengths = false;
+  bool has_other_bare_lengths = false;  ///< their zeros decide what they are as well
   /// Coordinates are steps, here or there: they do not show how far the job extends.
   bool is_incremental = false;
-  bool has_faults = false;  ///< a line is no block: it will be refused, whatever the format
+  bool has_faults = false;  ///< a line is no block, whatever the format
   /// The first coordinate, else the first diameter; empty: there is no number.
   std::string first;
   int first_line = 0;
   int first_column = 0;
 };
 
-/// True if a coordinate or a diameter has digits without a decimal point: what they mean depends on
-/// the zeros.
-///
-/// Cost   O(n); where all have points, less than a tenth of what reading them costs
-bool has_bare_number(std::string_view program, ProgramSet set);
+/// How lines are executed, as far as a census asks.
+struct LineRules {
+  ProgramSet set = ProgramSet::FormatTwo;
+  bool deletes_blocks = false;  ///< those that begin with /
+};
 
-/// Looks at every block of a program whose format is not known. Messages, texts, comments, header
-/// commands and blocks that do not lex are passed over.
+/// True if a length has digits without a decimal point: the zeros decide what it is.
 ///
+/// Cost   O(n); lines of X and Y alone that all have points are counted 16 characters at a time
+bool has_bare_number(std::string_view program, const LineRules& rules);
+
+/// Looks at every block that is executed of a program whose format is not known, up to its end.
+/// Messages, texts and comments are passed over.
+///
+/// In     census: what is found is added, so that stored patterns can be taken in as well
 /// Cost   O(n), n being the text
 /// See    tests/program/excellon/text/format_choice_test.cc
-NumberCensus take_census(std::string_view program, ProgramSet set);
+void take_census(std::string_view program, const LineRules& rules, NumberCensus& census);
 
 }  // namespace panelcal::excellon

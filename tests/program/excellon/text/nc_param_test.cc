@@ -27,7 +27,7 @@ std::string lines(const std::string& units,
 }
 
 TEST(NcParam, StatesUnitDigitsAndZeros) {
-  EXPECT_EQ(summary(lines("METRIC", "NO", "NO")), "metric 2.5, leading zeros kept");
+  EXPECT_EQ(summary(lines("METRIC", "NO", "NO")), "metric 2.5, leading zeros kept, open");
   EXPECT_EQ(summary(lines("METRIC", "YES", "NO")), "metric 2.5, trailing zeros kept");
   EXPECT_EQ(summary(lines("ENGLISH", "NO", "YES")), "inch 2.5, leading zeros kept");
 }
