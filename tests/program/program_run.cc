@@ -188,7 +188,7 @@ ProgramRun run_program(std::string text,
   DiagnosticLog log;
   ProgramRun run;
   // One of inch would be refused in the other language.
-  if (reading.last_format.is_empty() && !text.starts_with("%%")) {
+  if (reading.last_format.is_empty() && text.find("%%") == std::string::npos) {
     reading.last_format = last_set_to_inch();
   }
   run.program = load_program({"p.exc", std::move(text)}, log, std::move(reading));

@@ -20,7 +20,7 @@ struct FormatStart {
   bool knows_zeros = false;
   bool is_open = false;  ///< format-ambiguous
   std::string evidence;  ///< its source, for people; empty: nothing states it
-  std::string assumed;   ///< why it can be no other, where nothing states it
+  std::string assumed;   ///< the reason against others, where nothing states it
 };
 
 /// The one of --format and the control's last setting.

@@ -81,7 +81,7 @@ struct NumberCensus {
   int first_column = 0;
 };
 
-/// How lines are executed, as far as a census asks.
+/// Rules by which lines are executed, as far as a census asks.
 struct LineRules {
   ProgramSet set = ProgramSet::FormatTwo;
   bool deletes_blocks = false;  ///< those that begin with /
@@ -95,7 +95,7 @@ bool has_bare_number(std::string_view program, const LineRules& rules);
 /// Looks at every block that is executed of a program whose format is not known, up to its end.
 /// Messages, texts and comments are passed over.
 ///
-/// In     census: what is found is added, so that stored patterns can be taken in as well
+/// In     census: the program's numbers are added, so that stored patterns can be taken in as well
 /// Cost   O(n), n being the text
 /// See    tests/program/excellon/text/format_choice_test.cc
 void take_census(std::string_view program, const LineRules& rules, NumberCensus& census);

@@ -177,6 +177,16 @@ TEST(Interpreter, ReadsWhatAProgramLeavesOpenAsTheLastSettingHasIt) {
   EXPECT_EQ(stated.holes().at(0).nominal_mm(), Vector2d(10, 20));
 }
 
+TEST(Interpreter, CommentsOfTheBodyContradictNeitherUnitNorZeros) {
+  for (const char* comment : {"; Format : 3.3 / Absolute / Inch / Trailing",
+                              ";FORMAT={3:3/ inch}",
+                              "; Format : 3.3 / Absolute / MM / Leading"}) {
+    EXPECT_EQ(run_program(metric(std::string("T1\n") + comment + "\nX1.Y1.\nM30\n")).diagnostics,
+              Lines{"p.exc:7:1: error[argument-invalid]"})
+        << comment;
+  }
+}
+
 TEST(Interpreter, ReadsWhatTheOperatorStatesWhateverTheProgramDoes) {
   const auto forced = parse_format("metric,tz,3.2");
   ReadOptions reading{.forced_format = *forced};

@@ -41,6 +41,12 @@ TEST(CommentFormat, ReadsMentorsPartsWhichNameTheZerosThatAreLeftOff) {
   EXPECT_EQ(said("; Format  : 2.5 / Absolute / Inch / None"), "2.5 inch");
 }
 
+TEST(CommentFormat, NamesAPartOfMentorsThatSaysNothingKnown) {
+  EXPECT_EQ(read_comment_format("; Format : 3.3 / Absolute / Furlong / Leading").unknown,
+            "FURLONG");
+  EXPECT_EQ(said("; Format : 3.3 / Absolute / MM / Suppress Leading"), "3.3 metric TZ");
+}
+
 TEST(CommentFormat, ReadsNothingElse) {
   EXPECT_EQ(said("; 3:3"), "");
   EXPECT_EQ(said("; format of the panel: 3.3"), "");

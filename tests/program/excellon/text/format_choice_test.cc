@@ -70,10 +70,49 @@ TEST(FormatChoice, RefusesWhatNoReadingHas) {
   EXPECT_THAT(far.text, HasSubstr("coordinates would be"));
 }
 
-TEST(FormatChoice, LeavesALineThatIsNoBlockToItself) {
+TEST(FormatChoice, RefusesWithLinesThatAreNoBlocksWhichAreNamedWhereTheyStand) {
   const Read out = read("T1\nX01Y02\n#\nM30\n");
-  EXPECT_EQ(out.diagnostics, Lines{});
-  EXPECT_FALSE(out.header.is_refused);
+  EXPECT_EQ(out.diagnostics, Lines{"p.exc:2:1: error[format-ambiguous]"});
+  EXPECT_FALSE(out.header.is_refused);  // so that the walk comes to line 3
+}
+
+TEST(FormatChoice, LooksAtNothingThatIsNotExecuted) {
+  const Lines ambiguous{"p.exc:2:1: error[format-ambiguous]"};
+  for (const char* end : {"\x1A", "X12345678", "?? end 1.5", "."}) {
+    const std::string program = std::string("T1C.5\nX1234Y2345\nX4321Y5432\nM30\n") + end + "\n";
+    EXPECT_EQ(read(program).diagnostics, ambiguous) << end;
+  }
+  const std::string deleted = "T1C.5\nX1234Y2345\nX4321Y5432\n/X12345678Y1\n/#\nM30\n";
+  EXPECT_EQ(read(deleted, {.block_delete = true}).diagnostics, ambiguous);
+}
+
+TEST(FormatChoice, RefusesOtherLengthsWhoseZerosAreOpen) {
+  const std::string head = "M48\nMETRIC\nT1C0.8\n%\nT1\nX1.0Y2.0\nX8.0Y9.0\n";
+  for (const char* body : {"G93X1000Y2000\n",
+                           "G00X1.0Y0\nM15\nG03X10.0Y0A10000\n",
+                           "G34,1,1000\n",
+                           "$uvis,searcharea,1000\n",
+                           "X5.0Y5.0G84X5\n"}) {
+    EXPECT_THAT(read(head + body + "M30\n").diagnostics,
+                testing::ElementsAre("p.exc:6:1: error[format-ambiguous]"))
+        << body;
+  }
+  EXPECT_THAT(read("M48\nMETRIC\nT1C0.8Z-100\n%\nT1\nX1.0Y2.0\nM30\n").diagnostics,
+              testing::ElementsAre("p.exc:6:1: error[format-ambiguous]"));
+  EXPECT_THAT(read("M48\nMETRIC\nCP,1,05\n%\nT1\nX1.0Y2.0\nM30\n").diagnostics,
+              testing::Contains("p.exc:6:1: error[format-ambiguous]"));
+}
+
+TEST(FormatChoice, RefusesRatesWithoutAUnit) {
+  EXPECT_EQ(read("T1F200\nX0Y0\nM30\n").diagnostics, Lines{"p.exc:2:1: error[format-ambiguous]"});
+}
+
+TEST(FormatChoice, StoredPatternsCountAsWell) {
+  const auto patterns = [](std::string_view) { return std::vector<std::string>{"X1000Y2000\n"}; };
+  DiagnosticLog log;
+  const std::string program = "M48\nMETRIC\n%\nT1\nX1.0Y2.0\nM99,PAT\nX10.0Y10.0\nM30\n";
+  read_header({"p.exc", program}, {}, log, patterns);
+  EXPECT_EQ(test::briefs(log), Lines{"p.exc:5:1: error[format-ambiguous]"});
 }
 
 // --- what does not matter ------------------------------------------------------------------------
@@ -84,8 +123,10 @@ TEST(FormatChoice, TakesNumbersThatMeanTheSameInAllReadings) {
   EXPECT_EQ(read("T1\nX0Y0\nXY\nM30\n").diagnostics, Lines{});
 }
 
-TEST(FormatChoice, LeavesNumbersThatAreTooLongToTheirLine) {
-  EXPECT_EQ(read("M48\nMETRIC\n%\nT1\nX12345678Y1\nM30\n").diagnostics, Lines{});
+TEST(FormatChoice, LetsTheWalkComeToNumbersThatNoFormatHas) {
+  const Read out = read("M48\nMETRIC\n%\nT1\nX12345678Y1\nM30\n");
+  EXPECT_EQ(out.diagnostics, Lines{"p.exc:5:1: error[format-ambiguous]"});
+  EXPECT_FALSE(out.header.is_refused);
 }
 
 // --- what decides --------------------------------------------------------------------------------
@@ -100,10 +141,15 @@ TEST(FormatChoice, DrillsHaveNoDiameterOfMicrometresOrInches) {
 }
 
 TEST(FormatChoice, NumbersKeepNoZerosThatTheFormatLeavesOff) {
-  EXPECT_EQ(summary("M48\nINCH\n%\nT1\nX0123Y0234\nX1234Y1245\nM30\n"),
+  EXPECT_EQ(summary("M48\nINCH\n%\nT1\nX0123Y0234\nX12345Y1245\nM30\n"),
             "inch 2.4, leading zeros kept");
   EXPECT_EQ(summary("M48\nINCH\n%\nT1\nX12300Y2300\nX1234Y1245\nM30\n"),
             "inch 2.4, trailing zeros kept");
+}
+
+TEST(FormatChoice, NumbersOfOneLengthLeaveNothingOff) {
+  EXPECT_EQ(read("M48\nMETRIC\n%\nT1\nX12500Y10500\nX23000Y15000\nM30\n").diagnostics,
+            Lines{"p.exc:5:1: error[format-ambiguous]"});
 }
 
 TEST(FormatChoice, OneZeroMayBeASlip) {
@@ -120,7 +166,13 @@ TEST(FormatChoice, CoordinatesStayWithinTheTravel) {
               testing::ElementsAre("p.exc:5:1: error[format-ambiguous]"));
 }
 
-TEST(FormatChoice, AJobIsLargerThanItsTools) {
+TEST(FormatChoice, AxesMayBeSwapped) {
+  const ReadOptions reading{.travel_mm = {{300, 700}}};
+  const std::string program = "M48\nVER,2\nMETRIC\nT1C0.8\n%\nT1\nX1234Y2345\nX6321Y2932\nM30\n";
+  EXPECT_EQ(read(program, reading).diagnostics, Lines{"p.exc:7:1: error[format-ambiguous]"});
+}
+
+TEST(FormatChoice, AJobIsLargerThanATenthOfAMillimetre) {
   EXPECT_EQ(summary("M48\nINCH\nT1C.25\n%\nT1\nX11Y12\nX13Y21\nM30\n"),
             "inch 2.4, leading zeros kept");
 }
@@ -168,9 +220,18 @@ TEST(FormatChoice, TheOperatorRulesOverTheHeaderAndItsComments) {
   const ReadOptions reading{.forced_format = *parse_format("inch,tz,2.4")};
   EXPECT_EQ(summary("M48\nMETRIC,LZ,000.00\n;FILE_FORMAT=3:3\n%\nM30\n", reading),
             "inch 2.4, trailing zeros kept");
+  EXPECT_EQ(read("M48\nT1C0.8\nINCH,TZ\n%\nM30\n", reading).diagnostics, Lines{});
+  const ReadOptions metric{.forced_format = *parse_format("metric")};
+  for (const char* lines : {"INCH,TZ\n;FILE_FORMAT=4:4\n", ";FILE_FORMAT=4:4\nINCH,TZ\n"}) {
+    EXPECT_EQ(summary(std::string("M48\n") + lines + "%\nM30\n", metric),
+              "metric 4.4, trailing zeros kept");
+  }
+  EXPECT_EQ(summary("M48\nINCH,TZ\n%\nM30\n", metric), "metric 3.3, trailing zeros kept");
   const ReadOptions zeros_only{.forced_format = *parse_format("tz")};
   EXPECT_EQ(summary("M48\nMETRIC,LZ,000.00\n%\nM30\n", zeros_only),
             "metric 3.2, trailing zeros kept");
+  EXPECT_EQ(summary("M48\nR,H\n%\nT1\nMETRIC,LZ\nX1000Y2000\nM30\n", zeros_only),
+            "metric 3.3, trailing zeros kept");
 }
 
 }  // namespace

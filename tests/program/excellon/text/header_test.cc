@@ -163,6 +163,16 @@ TEST(Header, ManualDefaultIsInchWithLeadingZeros) {
   EXPECT_FALSE(out.header.states_format);
 }
 
+TEST(Header, DigitsOfACommentBelongToItsUnit) {
+  const std::string metric = "; Format : 3.3 / Absolute / MM / Leading\n";
+  const std::string inch = "; Format : 2.4 / Absolute / Inch / Trailing\n";
+  EXPECT_EQ(read(metric + "M48\nINCH,TZ\n%\n").header.format.summary(),
+            "inch 2.4, trailing zeros kept");
+  EXPECT_EQ(format_of("METRIC,TZ\n" + inch).summary(), "metric 3.3, trailing zeros kept");
+  EXPECT_EQ(read(metric + inch + "M48\n%\n").diagnostics,
+            Texts{"p.exc:2:1: error[argument-invalid]"});
+}
+
 TEST(Header, InchAndMetricStateTheFormat) {
   EXPECT_EQ(format_of("INCH\n").summary(), "inch 2.4, leading zeros kept");
   EXPECT_EQ(format_of("INCH,TZ\n").summary(), "inch 2.4, trailing zeros kept");
