@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <optional>
 #include <vector>
 
@@ -83,14 +84,15 @@ std::string against_places(const NumberCensus& census,
 std::string against_zeros(const NumberCensus& census, const NumberFormat& format) {
   int n_leading = 0;
   int n_trailing = 0;
-  int n_lengths = 0;
+  unsigned lengths = 0;
   for (const WrittenNumbers* numbers : {&census.x, &census.y}) {
     const WrittenNumbers::KeptZeros kept = numbers->short_with_zeros(format);
     n_leading += kept.n_leading;
     n_trailing += kept.n_trailing;
-    n_lengths = std::max(n_lengths, numbers->n_lengths());
+    lengths |= numbers->lengths();
   }
-  if (n_lengths < 2) return "";
+  // Where all numbers have one length, nothing is left off.
+  if (std::popcount(lengths) < 2) return "";
   if (format.zeros == Zeros::LeadingKept && n_trailing >= kTellingZeros && n_leading == 0) {
     return fmt::format("{} numbers end with zeros that it would leave off", n_trailing);
   }

@@ -144,8 +144,9 @@ void HeaderFormat::impose(int line, int column, std::string_view text) {
   NumberFormat imposed = header_.format;
   const LengthUnit unit = forced_.unit.value_or(imposed.unit);
   // Digits of a mask are those of its unit; a comment's may be of either.
-  if (unit != imposed.unit && !digits_from_hint_) {
-    imposed.unit = unit;
+  const bool takes_digits = unit != imposed.unit && !digits_from_hint_;
+  imposed.unit = unit;
+  if (takes_digits) {
     imposed.states_digits = false;
     imposed.take_digits(setting_);
   }

@@ -246,9 +246,13 @@ WrittenNumbers::KeptZeros WrittenNumbers::short_with_zeros(const NumberFormat& f
   return sum;
 }
 
-int WrittenNumbers::n_lengths() const {
-  return static_cast<int>(std::ranges::count_if(
-      bare_, [](const OfLength& of) { return of.least != 0 || of.most != 0; }));
+unsigned WrittenNumbers::lengths() const {
+  unsigned bits = 0;
+  for (std::size_t n = 0; n <= kMostDigits; ++n) {
+    const OfLength& of = bare_.at(n);
+    if (of.least != 0 || of.most != 0) bits |= 1U << n;
+  }
+  return bits;
 }
 
 bool has_bare_number(std::string_view program, const LineRules& rules) {

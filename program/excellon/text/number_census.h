@@ -41,8 +41,8 @@ class WrittenNumbers {
     int n_trailing = 0;
   };
   KeptZeros short_with_zeros(const NumberFormat& format) const;
-  /// Different counts of digits: with one alone, nothing is left off.
-  int n_lengths() const;
+  /// A bit for each count of digits that occurs, zeros left aside.
+  unsigned lengths() const;
 
  private:
   void add_pointed(std::string_view number);

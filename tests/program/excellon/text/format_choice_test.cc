@@ -65,7 +65,7 @@ TEST(FormatChoice, RefusesZerosThatContradictEachOther) {
 
 TEST(FormatChoice, RefusesWhatNoReadingHas) {
   const Read far =
-      read("M48\nINCH\nT1C.032\n%\nT1\nX98Y99\nX01Y02\nM30\n", {.travel_mm = {{600, 600}}});
+      read("M48\nINCH\nT1C.032\n%\nT1\nX98Y99\nX96Y97\nM30\n", {.travel_mm = {{40, 40}}});
   EXPECT_EQ(far.diagnostics, Lines{"p.exc:6:1: error[format-ambiguous]"});
   EXPECT_THAT(far.text, HasSubstr("coordinates would be"));
 }
@@ -78,7 +78,7 @@ TEST(FormatChoice, RefusesWithLinesThatAreNoBlocksWhichAreNamedWhereTheyStand) {
 
 TEST(FormatChoice, LooksAtNothingThatIsNotExecuted) {
   const Lines ambiguous{"p.exc:2:1: error[format-ambiguous]"};
-  for (const char* end : {"\x1A", "X12345678", "?? end 1.5", "."}) {
+  for (const char* end : {"\x1A", "X12345678", "?? END 1.5", "."}) {
     const std::string program = std::string("T1C.5\nX1234Y2345\nX4321Y5432\nM30\n") + end + "\n";
     EXPECT_EQ(read(program).diagnostics, ambiguous) << end;
   }
