@@ -56,6 +56,15 @@ class Sections(unittest.TestCase):
         found = operations("XYM99,RESET\nX5.Y7.M99,FINAL", subprograms=final)
         self.assertEqual(places(found, "hole"), [(5, 7), (5, 507), (305, 507), (305, 7)])
 
+    def test_a_subprogram_of_offset_lines_alone_places_the_section_that_calls_it(self):
+        panel = "@PANEL\nXYM50\nX10.YM70\n@ROW\nX0Y0M50V2\nXY20.M50W3\n@MIXED\nX1.Y1.\nXYM50\n"
+        found = operations("X1.Y2.T1M31\nX5.Y7.M30M99,PANEL\nXYM31\nXYM99,ROW\nM30", subprograms=panel)
+        self.assertEqual(places(found, "hole"), [(6, 9), (14, 9), (0, 0), (0, 10), (0, 20)])
+        for text in ("X1.Y2.T1M31\nM99,MIXED\nM30", "X1.Y1.T1M31\nX1.Y1.G91\nX5.Y5.M30M99,PANEL", "X1.Y1.T1M31M99,PANEL\nM30",
+                     "X1.Y1.T1M31M31M31M31M31M31\nM30M99,PANEL\nM30M30M30M30M30"):
+            with self.assertRaises(Refusal, msg=text):
+                operations(text, subprograms=panel)
+
     def test_format_1000_ends_a_section_with_m30_alone(self):
         found = operations("X100Y100T1\nX1000Y1000M50\nX2000Y1000M50M30\nX300Y300\nX0Y0M90M30", "")
         self.assertEqual(places(found, "hole"), [(11, 11), (21, 11), (-3, -3)])
