@@ -18,6 +18,11 @@ std::optional<bool> deletes_blocks(std::string_view text) {
   return std::nullopt;
 }
 
+bool is_axis_version(std::string_view text) {
+  const auto command = find_cnc_command(text);
+  return command && command->info->code == CncCode::AxisVersion;
+}
+
 }  // namespace
 
 LineRole role_of(const Block& block) {
@@ -39,7 +44,10 @@ LineRole role_of(const Block& block) {
       role.has.measurements = true;
     }
     if (*command == Command::Subprogram) role.moves = role.has.calls = true;
-    if (*command == Command::CncCommand) role.deletes_blocks = deletes_blocks(block.argument);
+    if (*command == Command::CncCommand) {
+      role.deletes_blocks = deletes_blocks(block.argument);
+      role.states_axes = block.n_words == 1 && is_axis_version(block.argument);
+    }
     if (*command == Command::ForbiddenArea) role.has.own_copies = true;
     if (*command == Command::TextX || *command == Command::TextY) {
       role.has.own_copies |= block.argument.find("&R") != std::string_view::npos;

@@ -18,6 +18,7 @@ struct LineRole {
   bool moves = false;         ///< it has a coordinate or a call
   bool closes_first = false;  ///< an M30 stands before an M31
   bool works = false;         ///< it asks for something, besides what closes a section with it
+  bool states_axes = false;   ///< M49,FV alone
   std::optional<bool> deletes_blocks;
   SectionContent has;
 };

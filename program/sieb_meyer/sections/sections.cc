@@ -78,6 +78,7 @@ class Scanner {
     // Most lines are coordinates, which the structure has no interest in.
     if (!may_matter(whole.text)) {
       const bool moves = has_coordinate(whole.text);
+      if (moves || !is_blank(whole.text)) at_begin_ = false;
       if (moves || !is_blank(whole.text)) works(whole.number, moves);
       return;
     }
@@ -89,6 +90,8 @@ class Scanner {
     if (is_blank(line.text)) return;
     if (const auto fault = lex(line, block_)) return report_fault(line, *fault);
     LineRole role = role_of(block_);
+    at_begin_ = at_begin_ && role.states_axes;
+    if (at_begin_) run_begin_ = next_;  // the axes are the program's, and no copy's
     if (role.deletes_blocks) deletes_blocks_ = *role.deletes_blocks;
     if (role.closes_first) {
       return refuse(Code::SectionMixed,
@@ -461,6 +464,7 @@ class Scanner {
   Block block_;
   std::vector<int> open_;
   bool is_layout_ = false;  ///< the text is a subprogram of offset lines
+  bool at_begin_ = true;    ///< nothing but FV has come
   int implicit_ = -1;
   std::optional<CopyRow> row_begin_;  ///< of M50V2
   LinePlace here_;
