@@ -81,6 +81,16 @@ class Sections(unittest.TestCase):
         self.assertEqual([len(root.children[0].children), len(root.children[0].offsets)], [2, 1])
 
 
+class Events(unittest.TestCase):
+    def test_m28_in_a_rout_line_ends_the_contour_behind_its_track(self):
+        start = "X10.Y50.T0T5\nX50.Y50.G1F1.M28\n"
+        found = operations(start + "T0\nX1.Y1.")
+        self.assertEqual([(o.kind, o.line) for o in found], [("plunge", 3), ("line", 3), ("retract", 3), ("hole", 5)])
+        for line in ("X50.Y80.", "X50.Y80.T6", "X50.Y80.G1"):
+            with self.assertRaises(Refusal, msg=line):
+                operations(start + line)
+
+
 class Holes(unittest.TestCase):
     def test_v1_in_the_standard_and_in_a_free_grid(self):
         standard = places(operations("X30.00Y70.00 V1\nX45.24Y62.38"), "hole")

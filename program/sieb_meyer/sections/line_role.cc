@@ -23,6 +23,11 @@ bool is_axis_version(std::string_view text) {
   return command && command->info->code == CncCode::AxisVersion;
 }
 
+bool is_area(Command command) {
+  return command == Command::CheckAreaX || command == Command::CheckAreaY ||
+         command == Command::ForbiddenArea;
+}
+
 }  // namespace
 
 LineRole role_of(const Block& block) {
@@ -48,7 +53,7 @@ LineRole role_of(const Block& block) {
       role.deletes_blocks = deletes_blocks(block.argument);
       role.states_axes = block.n_words == 1 && is_axis_version(block.argument);
     }
-    if (*command == Command::ForbiddenArea) role.has.own_copies = true;
+    if (is_area(*command)) role.has.own_copies = true;
     if (*command == Command::TextX || *command == Command::TextY) {
       role.has.own_copies |= block.argument.find("&R") != std::string_view::npos;
     }

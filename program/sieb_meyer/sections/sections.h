@@ -34,7 +34,7 @@ struct CopyRow {
 struct SectionContent {
   bool measurements = false;  ///< by camera or probe, or perhaps by a subprogram
   bool calls = false;         ///< of subprograms
-  bool own_copies = false;    ///< that differ: a forbidden area, or their number in a text
+  bool own_copies = false;    ///< that differ: an area, or their number in a text
 
   bool feeds = false;     ///< F
   bool old_feed = false;  ///< something is routed before the first F

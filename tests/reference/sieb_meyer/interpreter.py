@@ -150,7 +150,7 @@ class Interpreter(Routing):
         motion = next((code for code in reversed(g) if code in MOTIONS), None)
         if self.format == 1000 and modal.contour == "routing" and placed and motion is None and not t0:
             raise Refusal(block.line, "Format 1000 needs the routing function in every block")
-        routes = placed and not t0 and (motion is not None or modal.contour == "routing")
+        routes = placed and not t0 and (motion is not None or modal.contour in ("routing", "left"))
         self.set_parameters(block, g, routes, motion, unread)
         if unread:
             raise Refusal(block.line, f"{', '.join(sorted(unread))}: no meaning in this line")
@@ -232,7 +232,7 @@ class Interpreter(Routing):
             return
         if self.modal.contour == "routing":
             raise Refusal(block.line, "a tool change within a contour")
-        if 0 not in codes(block, "T"):
+        if 0 not in codes(block, "T") and self.modal.contour != "left":
             self.modal.contour = ""  # the T0 line before prevented a stroke, it begins no contour
         if tools[-1] > {1000: 15, 3000: 30, 5000: 99}[self.format]:
             raise Refusal(block.line, "no such tool in this format")

@@ -188,6 +188,8 @@ class Writer:
                 line += rng.choice(["G40", "G41", "G42"])
             lines.append(line)
             p, mode = q, code
+        if self.format >= 3000 and rng.random() < 0.1:
+            lines[-1] += rng.choice(["M28", "M29"])
         end = self.place() if rng.random() < 0.1 else p
         return lines + [self.xy(end) + "T0" + ("G90" if incremental else "")]
 
