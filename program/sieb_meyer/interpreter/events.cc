@@ -174,11 +174,10 @@ void Interpreter::area(const Block& block, const Order& order) {
 /// area in a section moves with its copies, the manual does not say.
 void Interpreter::check_area(const Block& block, const Order& order) {
   const CorrectionStack& stack = measuring_.corrections().stack;
-  const bool is_placed = placement_.linear() != frame_.linear() ||
-                         placement_.translation() != frame_.translation();
+  const bool is_placed =
+      placement_.linear() != frame_.linear() || placement_.translation() != frame_.translation();
   const bool is_moved = is_placed || stack.base() != nullptr || stack.nested() != nullptr ||
-                        rotation_rad_ != 0 ||
-                        (scaling_.is_set() && scaling_.is_on.value_or(true));
+                        rotation_rad_ != 0 || (scaling_.is_set() && scaling_.is_on.value_or(true));
   if (is_moved) {
     return report(Code::NotSupported,
                   block,

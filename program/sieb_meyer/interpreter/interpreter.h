@@ -276,7 +276,7 @@ class Interpreter {
   LineCursor cursor_;
   SectionTree sections_;
   std::map<std::string, SectionTree, std::less<>> subprogram_sections_;  ///< of subprograms
-  std::map<std::string, std::optional<Layout>, std::less<>> layouts_;  ///< absent: it works
+  std::map<std::string, std::optional<Layout>, std::less<>> layouts_;    ///< absent: it works
   std::vector<std::string> calls_;  ///< that are being executed
   int depth_ = 0;                   ///< open levels
   /// Copies and the one being executed, of every level with offsets, outermost first.

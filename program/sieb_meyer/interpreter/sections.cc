@@ -351,7 +351,8 @@ int Interpreter::step_number() const {
 const Layout* Interpreter::called_layout(std::string_view name, bool deletes_blocks) {
   const auto source = program_.patterns.find(name);
   if (source == program_.patterns.end()) return nullptr;
-  const auto [known, is_new] = layouts_.try_emplace((deletes_blocks ? "/" : "") + std::string(name));
+  const auto [known, is_new] =
+      layouts_.try_emplace((deletes_blocks ? "/" : "") + std::string(name));
   if (is_new) {
     const SourceText& text = source->second;
     const SubprogramText body = *find_subprogram(text.bytes, name);
@@ -410,17 +411,17 @@ const SectionTree& Interpreter::sections_of(const std::string& name,
   const auto [scanned, is_new] =
       subprogram_sections_.try_emplace(deletes_blocks_ ? "/" + name : name);
   if (is_new) {
-    scanned->second =
-        scan_sections(source.bytes,
-                      body.begin,
-                      body.end,
-                      {.format = format_,
-                       .deletes_blocks = deletes_blocks_,
-                       .in_subprogram = true,
-                       .find_layout = [this](std::string_view called, bool deletes_blocks) {
-                         return called_layout(called, deletes_blocks);
-                       }},
-                      reporter_);
+    scanned->second = scan_sections(source.bytes,
+                                    body.begin,
+                                    body.end,
+                                    {.format = format_,
+                                     .deletes_blocks = deletes_blocks_,
+                                     .in_subprogram = true,
+                                     .find_layout =
+                                         [this](std::string_view called, bool deletes_blocks) {
+                                           return called_layout(called, deletes_blocks);
+                                         }},
+                                    reporter_);
     const auto& found = scanned->second.sections;
     const auto mixed = std::ranges::find_if(found, &Section::is_offset);
     if (scanned->second.is_sound && mixed != found.end()) {

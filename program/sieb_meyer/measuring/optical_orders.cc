@@ -229,8 +229,8 @@ void OpticalSession::load(const Block& block, int slot, const TargetPlace& place
   }
   const SavedSet& set = found->second;
   const bool asks_by_step = block.argument == "LOAD";
-  const bool is_same = counts_alike(set.copies, place.copies) &&
-                       is_same_place(set.placement, place.placement);
+  const bool is_same =
+      counts_alike(set.copies, place.copies) && is_same_place(set.placement, place.placement);
   if (asks_by_step && !set.has_number && !is_same) {
     reporter_.report(
         Code::StoredElsewhere,

@@ -92,11 +92,12 @@ TEST(SiebMeyerEvents, MachineZeroAndParkPositionComeBehindTheCoordinate) {
                           "function park_position M29"));
 }
 
-/// "Programming the command with XY-coordinates is only allowed in drilling and routing blocks": the
-/// line's piece is routed, and the cutter comes up before the table leaves.
+/// "Programming the command with XY-coordinates is only allowed in drilling and routing blocks":
+/// the line's piece is routed, and the cutter comes up before the table leaves.
 TEST(SiebMeyerEvents, MachineZeroAndParkPositionComeBehindTheLastPieceOfAContour) {
   for (const std::string code : {"M28", "M29"}) {
-    const std::string leaves = code == "M28" ? "function machine_zero M28" : "function park_position M29";
+    const std::string leaves =
+        code == "M28" ? "function machine_zero M28" : "function park_position M29";
     EXPECT_THAT(clean_steps("X10.Y50.T0T5\nX50.Y50.G1F1.\nX50.Y80." + code + "\nT0\nX1.Y1.\n"),
                 ElementsAre("tool 5",
                             "position (10, 50)",
