@@ -266,7 +266,8 @@ TEST(SiebMeyerEvents, CheckAreasMayStandWhereNothingMovesThem) {
   const WalkOptions options = obeying_areas(true);
   EXPECT_THAT(steps_of(run_5000("M99,SETUP\nX1.Y1.T1\n", options, folder.reading())), has_areas);
   EXPECT_THAT(steps_of(run_5000("M31\n" + areas + "X1.Y1.T1M30\n", options)), has_areas);
-  EXPECT_THAT(steps_of(run_5000("M31\n" + areas + "X1.Y1.T1\nXYM50M30\n", options)), has_areas);
+  EXPECT_THAT(steps_of(run_5000("M31\n" + areas + "X1.Y1.T1\nXYM50M30\n", options)),
+              Contains("function check_area X10.000Y20.000M56 [0]"));
   const auto refused = [&](const std::string& body, const std::string& place) {
     const ProgramRun run = run_program(format_5000(body), options, folder.reading());
     EXPECT_THAT(run.diagnostics, Contains(testing::HasSubstr(place + ": error[not-supported]")));

@@ -86,7 +86,7 @@ TEST(ManualSubprogramOfOffsets, ThatIsCutOffIsRefused) {
   folder.with("PANEL.SS5", "@PANEL\nXYM50\nX10.YM50");
   const ProgramRun run =
       run_program(format_5000("X1.Y2.T1M31\nM99,PANEL\nM30\n"), {}, folder.reading());
-  EXPECT_THAT(run.diagnostics, ElementsAre(HasSubstr("PANEL.SS5:3:0: error[end-missing]")));
+  EXPECT_THAT(run.diagnostics, ElementsAre(HasSubstr("PANEL.SS5:3: error[end-missing]")));
 }
 
 /// Six levels, "calling the subprogram is counted as one nesting depth".
