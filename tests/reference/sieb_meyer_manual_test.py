@@ -56,6 +56,15 @@ class Sections(unittest.TestCase):
         found = operations("XYM99,RESET\nX5.Y7.M99,FINAL", subprograms=final)
         self.assertEqual(places(found, "hole"), [(5, 7), (5, 507), (305, 507), (305, 7)])
 
+    def test_a_subprogram_of_offset_lines_alone_places_the_section_that_calls_it(self):
+        panel = "@PANEL\nXYM50\nX10.YM70\n@ROW\nX0Y0M50V2\nXY20.M50W3\n@MIXED\nX1.Y1.\nXYM50\n"
+        found = operations("X1.Y2.T1M31\nX5.Y7.M30M99,PANEL\nXYM31\nXYM99,ROW\nM30", subprograms=panel)
+        self.assertEqual(places(found, "hole"), [(6, 9), (14, 9), (0, 0), (0, 10), (0, 20)])
+        for text in ("X1.Y2.T1M31\nM99,MIXED\nM30", "X1.Y1.T1M31\nX1.Y1.G91\nX5.Y5.M30M99,PANEL", "X1.Y1.T1M31M99,PANEL\nM30",
+                     "X1.Y1.T1M31M31M31M31M31M31\nM30M99,PANEL\nM30M30M30M30M30"):
+            with self.assertRaises(Refusal, msg=text):
+                operations(text, subprograms=panel)
+
     def test_format_1000_ends_a_section_with_m30_alone(self):
         found = operations("X100Y100T1\nX1000Y1000M50\nX2000Y1000M50M30\nX300Y300\nX0Y0M90M30", "")
         self.assertEqual(places(found, "hole"), [(11, 11), (21, 11), (-3, -3)])
@@ -70,6 +79,16 @@ class Sections(unittest.TestCase):
         root = build(read("%%5000\nX1.Y1.M31\nX2.Y2.\nXYM50M30\nX3.Y3.\n").blocks, 5000)
         self.assertEqual([child.line for child in root.children], [2, 5])
         self.assertEqual([len(root.children[0].children), len(root.children[0].offsets)], [2, 1])
+
+
+class Events(unittest.TestCase):
+    def test_m28_in_a_rout_line_ends_the_contour_behind_its_track(self):
+        start = "X10.Y50.T0T5\nX50.Y50.G1F1.M28\n"
+        found = operations(start + "T0\nX1.Y1.")
+        self.assertEqual([(o.kind, o.line) for o in found], [("plunge", 3), ("line", 3), ("retract", 3), ("hole", 5)])
+        for line in ("X50.Y80.", "X50.Y80.T6", "X50.Y80.G1"):
+            with self.assertRaises(Refusal, msg=line):
+                operations(start + line)
 
 
 class Holes(unittest.TestCase):

@@ -41,6 +41,7 @@ CONSTRUCTS = {name: re.compile(pattern, re.MULTILINE) for name, pattern in {
     "two sections in one line": "M31M31", "nested sections": r"M30(.|\n)*M31(.|\n)*M31", "offsets without brackets": r"M\d0\n\$",
     "R below zero": r"G[23]R-", "I and J": r"G[23]I", "D": r"D\d", "missing axis": r"^[XY][-.\d]+(G1|G2|G3)?(F\S*)?$",
     "letter alone": r"X[YTG\n]", "no decimal point": r"^X-?\d+Y", "H": r"H\d", "K": r"K\.?\d", "Z": r"Z\.?\d", "labeled": "^/",
+    "offsets in a subprogram": "M99,PANEL", "the table leaves a contour": r"M2[89]\n.*T0(G90)?$",
     "comment": r"\(HOLE", "tool change within a section": r"M31\n[^M]*T\d"}.items()}
 
 

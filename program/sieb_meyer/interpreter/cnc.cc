@@ -48,6 +48,21 @@ std::optional<bool> switch_of(char letter, std::string_view argument) {
   return is_on;
 }
 
+/// A command that would change where the tool goes, in a form that switches it off: ROV0, and the
+/// letters of INDX with a minus (the notation of PRGM,-I and PEKM,-D).
+bool switches_off(const CncCommand& command) {
+  if (command.info->code == CncCode::RoutVersion) return command.argument == "0";
+  if (command.info->code != CncCode::IndexTable || command.argument.empty()) return false;
+  std::string_view rest = command.argument;
+  while (true) {
+    if (rest.size() < 2 || rest[0] != '-' || rest[1] < 'A' || rest[1] > 'Z') return false;
+    rest.remove_prefix(2);
+    if (rest.empty()) return true;
+    if (rest.front() != ',') return false;
+    rest.remove_prefix(1);
+  }
+}
+
 bool is_machine_function(std::string_view text) {
   return text.size() >= 2 && text.front() == 'M' && parse_count(text.substr(1)).has_value();
 }
@@ -80,6 +95,7 @@ void Interpreter::cnc_command(const Block& block) {
     case Treatment::Passed:
       return emitter_.put(block.line, Setting{block.text});
     case Treatment::Refused:
+      if (switches_off(*command)) return emitter_.put(block.line, Setting{block.text});
       return reporter_.report(Code::NotSupported,
                               block.line,
                               block.argument_column,

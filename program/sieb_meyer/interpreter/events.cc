@@ -56,7 +56,9 @@ void Interpreter::events_before(const Block& block, const Order& order) {
       stop_at_place(block.line);
     }
   }
-  if (order.stop && routs) return refuse("M28 and M29 behind the T0 line that ends the contour");
+  if (order.stop && routs && !order.has_xy()) {
+    return refuse("M28 and M29 in a rout line with X or Y, or behind the T0 line");
+  }
   if (order.text && routs) return refuse("a T0 line before it");
   const auto event = [&](FunctionKind kind, std::string_view text) {
     if (routs) {
@@ -118,6 +120,13 @@ void Interpreter::message(const Block& block) {
 
 void Interpreter::events_after(const Block& block, const Order& order) {
   if (!order.stop) return;
+  if (is_routing()) {
+    // The table leaves the contour, so the cutter comes up. How a control goes on without T0, the
+    // manual does not say: the motion remains, for such a line to be refused and not to drill.
+    const std::optional<Command> motion = modal_.motion;
+    end_contour(block.line);
+    modal_.motion = motion;
+  }
   machine_at_mm_.reset();
   contour_ = Contour::None;
   const bool goes_home = *order.stop == Command::MachineZero;
@@ -161,12 +170,14 @@ void Interpreter::area(const Block& block, const Order& order) {
   function(block.line, FunctionKind::ForbiddenArea, {});
 }
 
-/// M56 and M57 go to the machine as absolute places, so nothing may have moved them.
+/// M56 and M57 go to the machine as absolute places, so nothing may have moved them: whether an
+/// area in a section moves with its copies, the manual does not say.
 void Interpreter::check_area(const Block& block, const Order& order) {
   const CorrectionStack& stack = measuring_.corrections().stack;
-  const bool is_moved = !steps_.empty() || !calls_.empty() || stack.base() != nullptr ||
-                        stack.nested() != nullptr || rotation_rad_ != 0 ||
-                        (scaling_.is_set() && scaling_.is_on.value_or(true));
+  const bool is_placed =
+      placement_.linear() != frame_.linear() || placement_.translation() != frame_.translation();
+  const bool is_moved = is_placed || stack.base() != nullptr || stack.nested() != nullptr ||
+                        rotation_rad_ != 0 || (scaling_.is_set() && scaling_.is_on.value_or(true));
   if (is_moved) {
     return report(Code::NotSupported,
                   block,

@@ -54,11 +54,15 @@ Interpreter::Interpreter(const Program& program,
 
 void Interpreter::run() {
   const SourceText& source = program_.source;
-  sections_ = scan_sections(source.bytes,
-                            layout_.body,
-                            layout_.body_end,
-                            {.format = format_, .deletes_blocks = deletes_blocks_},
-                            reporter_);
+  sections_ = scan_sections(
+      source.bytes,
+      layout_.body,
+      layout_.body_end,
+      {.format = format_,
+       .deletes_blocks = deletes_blocks_,
+       .find_layout = [this](std::string_view name,
+                             bool deletes_blocks) { return called_layout(name, deletes_blocks); }},
+      reporter_);
   if (!sections_.is_sound) return;
   text_ = {source.bytes, {}, &sections_};
   run_text(text_, sections_.roots, layout_.body, layout_.body_end);

@@ -159,6 +159,7 @@ class Interpreter {
   bool has_offsets_inside(const Section& section) const;
   bool begins_alike(const Section& section) const;
   void after_section(const Section& section);
+  const Layout* called_layout(std::string_view name, bool deletes_blocks);
   bool may_call(const Block& block, const std::string& name);
   const SectionTree& sections_of(const std::string& name,
                                  const SourceText& source,
@@ -275,6 +276,7 @@ class Interpreter {
   LineCursor cursor_;
   SectionTree sections_;
   std::map<std::string, SectionTree, std::less<>> subprogram_sections_;  ///< of subprograms
+  std::map<std::string, std::optional<Layout>, std::less<>> layouts_;    ///< absent: it works
   std::vector<std::string> calls_;  ///< that are being executed
   int depth_ = 0;                   ///< open levels
   /// Copies and the one being executed, of every level with offsets, outermost first.

@@ -189,6 +189,13 @@ void Interpreter::run_copy(int i_section, const Modal& start) {
 /// The manual switches to absolute coordinates at an offset line, and takes program zero for the
 /// reference behind a pattern.
 void Interpreter::after_section(const Section& section) {
+  if (section.layout_line > 0 && modal_.incremental) {
+    reporter_.report(Code::ArgumentInvalid,
+                     section.layout_line,
+                     1,
+                     "a subprogram of offset lines is called with X or Y under G91",
+                     "G90 before a call with X and Y");
+  }
   modal_.at_mm.setZero();
   modal_.reference = Reference::Section;
   modal_.incremental = false;
@@ -204,7 +211,8 @@ void Interpreter::after_section(const Section& section) {
     const auto command = word.letter == 'M' || word.letter == 'G' ? command_of(word) : std::nullopt;
     const bool is_structure =
         word.letter == 'X' || word.letter == 'Y' || word.letter == 'W' || word.letter == 'V' ||
-        (command && (is_offset(*command) || command == Command::CloseSection));
+        (command && (is_offset(*command) || command == Command::CloseSection ||
+                     command == Command::Subprogram));
     if (!is_structure) block.words[n++] = word;
   }
   block.n_words = n;
@@ -339,6 +347,31 @@ int Interpreter::step_number() const {
 
 // --- subprograms -------------------------------------------------------------------------------
 
+/// A subprogram of offset lines alone, found once for each state of BLKD; null for all others.
+const Layout* Interpreter::called_layout(std::string_view name, bool deletes_blocks) {
+  const auto source = program_.patterns.find(name);
+  if (source == program_.patterns.end()) return nullptr;
+  const auto [known, is_new] =
+      layouts_.try_emplace((deletes_blocks ? "/" : "") + std::string(name));
+  if (is_new) {
+    const SourceText& text = source->second;
+    const SubprogramText body = *find_subprogram(text.bytes, name);
+    const std::string file = reporter_.file();
+    reporter_.set_file(text.file);
+    known->second = scan_layout(text.bytes,
+                                body.begin,
+                                body.end,
+                                {.format = format_, .deletes_blocks = deletes_blocks},
+                                reporter_);
+    if (known->second && known->second->is_sound && is_cut_off(text.bytes, body)) {
+      reporter_.report_end_missing(text.bytes, "complete lines");
+      known->second->is_sound = false;
+    }
+    reporter_.set_file(file);
+  }
+  return known->second ? &*known->second : nullptr;
+}
+
 /// Refuses a call that cannot be executed.
 bool Interpreter::may_call(const Block& block, const std::string& name) {
   const auto refuse = [&](Code code, std::string what, std::string expected) {
@@ -378,12 +411,17 @@ const SectionTree& Interpreter::sections_of(const std::string& name,
   const auto [scanned, is_new] =
       subprogram_sections_.try_emplace(deletes_blocks_ ? "/" + name : name);
   if (is_new) {
-    scanned->second =
-        scan_sections(source.bytes,
-                      body.begin,
-                      body.end,
-                      {.format = format_, .deletes_blocks = deletes_blocks_, .in_subprogram = true},
-                      reporter_);
+    scanned->second = scan_sections(source.bytes,
+                                    body.begin,
+                                    body.end,
+                                    {.format = format_,
+                                     .deletes_blocks = deletes_blocks_,
+                                     .in_subprogram = true,
+                                     .find_layout =
+                                         [this](std::string_view called, bool deletes_blocks) {
+                                           return called_layout(called, deletes_blocks);
+                                         }},
+                                    reporter_);
     const auto& found = scanned->second.sections;
     const auto mixed = std::ranges::find_if(found, &Section::is_offset);
     if (scanned->second.is_sound && mixed != found.end()) {
@@ -410,8 +448,7 @@ void Interpreter::call(const Block& block, const Order& order) {
   const std::string file = reporter_.file();
   const std::string_view place_file = place_.file;
   reporter_.set_file(source.file);
-  // The file has no mark at its end, so that only its last line can show that it is cut off.
-  if (body.end == source.bytes.size() && !ends_in_line_end(source.bytes)) {
+  if (is_cut_off(source.bytes, body)) {
     reporter_.report_end_missing(source.bytes, "complete lines");
     reporter_.set_file(file);
     ended_ = true;

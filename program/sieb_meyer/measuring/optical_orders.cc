@@ -14,6 +14,13 @@ namespace {
 /// Sound holes are refused once in this number of orders to store their offset.
 constexpr double kScatterChance = 0.001;
 
+/// The n-th copy of both structures has the same number. One level of sections counts its copies
+/// from 1, whether some of its panel are left out behind them or not; how the number of nested
+/// copies runs on, the manual does not say.
+bool counts_alike(const std::vector<std::int64_t>& copies, const std::vector<std::int64_t>& other) {
+  return copies == other || (copies.size() == 1 && other.size() == 1);
+}
+
 }  // namespace
 
 bool OpticalSession::organize(const Block& block, int step, const TargetPlace& place) {
@@ -207,7 +214,8 @@ void OpticalSession::save(const Block& block, int slot, bool has_number, const T
 }
 
 /// Without a number of its own a set belongs to the copy it was measured on: another structure of
-/// sections counts its copies in another order.
+/// sections counts its copies in another order. A section with fewer copies (a panel with boards
+/// that are marked as bad) may take the sets whose places it has under the same numbers.
 void OpticalSession::load(const Block& block, int slot, const TargetPlace& place) {
   const auto found = saved_.find(slot);
   if (found == saved_.end()) {
@@ -221,7 +229,8 @@ void OpticalSession::load(const Block& block, int slot, const TargetPlace& place
   }
   const SavedSet& set = found->second;
   const bool asks_by_step = block.argument == "LOAD";
-  const bool is_same = set.copies == place.copies && is_same_place(set.placement, place.placement);
+  const bool is_same =
+      counts_alike(set.copies, place.copies) && is_same_place(set.placement, place.placement);
   if (asks_by_step && !set.has_number && !is_same) {
     reporter_.report(
         Code::StoredElsewhere,

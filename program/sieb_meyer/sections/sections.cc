@@ -2,84 +2,16 @@
 #include "program/sieb_meyer/sections/sections.h"
 
 #include <algorithm>
-#include <array>
 #include <optional>
 #include <string>
 #include <utility>
 
-#include "program/sieb_meyer/text/cnc_commands.h"
+#include "program/sieb_meyer/sections/line_role.h"
 #include "program/sieb_meyer/text/lexer.h"
 #include <fmt/format.h>
 
 namespace panelcal::sieb_meyer {
 namespace {
-
-/// Meaning of a line for the structure.
-struct LineRole {
-  int n_open = 0;
-  int n_close = 0;
-  bool is_offset = false;
-  bool moves = false;         ///< it has a coordinate or a call
-  bool closes_first = false;  ///< an M30 stands before an M31
-  bool works = false;         ///< it asks for something, besides what closes a section with it
-  std::optional<bool> deletes_blocks;
-  SectionContent has;
-};
-
-/// Treatment of lines that begin with a slash by M49 with this text.
-std::optional<bool> deletes_blocks(std::string_view text) {
-  const auto command = find_cnc_command(text);
-  if (!command) return std::nullopt;
-  if (command->info->code == CncCode::BlockDelete) return true;
-  if (command->info->code == CncCode::NoBlockDelete) return false;
-  return std::nullopt;
-}
-
-LineRole role_of(const Block& block) {
-  LineRole role;
-  bool routs = false;
-  for (const Word& word : block.all()) {
-    if (word.letter == 'X' || word.letter == 'Y') role.moves = true;
-    if (word.letter == 'F') role.has.feeds = true;
-    const auto command = word.letter == 'G' || word.letter == 'M' ? command_of(word) : std::nullopt;
-    if (command != Command::OpenSection && command != Command::CloseSection) role.works = true;
-    if (!command) continue;
-    routs |= is_routing(*command);
-    if (*command == Command::OpenSection) role.closes_first |= role.n_close > 0;
-    if (*command == Command::OpenSection) ++role.n_open;
-    if (*command == Command::CloseSection) ++role.n_close;
-    if (is_offset(*command)) role.is_offset = true;
-    if (info(*command).command_class == CommandClass::Measurement || is_camera(*command) ||
-        *command == Command::Subprogram || *command == Command::SurfaceOn) {
-      role.has.measurements = true;
-    }
-    if (*command == Command::Subprogram) role.moves = role.has.calls = true;
-    if (*command == Command::CncCommand) role.deletes_blocks = deletes_blocks(block.argument);
-    if (*command == Command::ForbiddenArea) role.has.own_copies = true;
-    if (*command == Command::TextX || *command == Command::TextY) {
-      role.has.own_copies |= block.argument.find("&R") != std::string_view::npos;
-    }
-  }
-  role.has.old_feed = routs && !role.has.feeds;
-  if (role.n_close > 0) role.works = role.moves;
-  return role;
-}
-
-/// The line has a coordinate, if it is one that may not matter.
-bool has_coordinate(std::string_view line) {
-  const auto at = line.find_first_of("XY(");
-  return at != std::string_view::npos && line[at] != '(';
-}
-
-/// The line has a letter or sign that brackets, offsets, measurements or feeds begin with.
-bool may_matter(std::string_view line) {
-  constexpr auto kSigns = [] {
-    std::array<bool, 256> signs{};
-    for (const char c : {'M', 'G', 'F', '/'}) signs[static_cast<unsigned char>(c)] = true;
-    return signs;
-  }();
-  return std::ranges::any_of(line, [&](char c) { return kSigns[static_cast<unsigned char>(c)]; });
-}
 
 class Scanner {
  public:
@@ -104,7 +36,38 @@ class Scanner {
     return std::move(out_);
   }
 
+  /// The offset lines of a text that has nothing else.
+  std::optional<Layout> scan_layout(LineCursor cursor, std::size_t end) {
+    if (!has_offsets_alone(cursor, end)) return std::nullopt;
+    is_layout_ = true;
+    out_.sections.emplace_back();
+    open_.push_back(0);
+    while (cursor.offset() < end && out_.is_sound) {
+      here_ = cursor.place();
+      const SourceLine line = cursor.next();
+      next_ = cursor.place();
+      read(line);
+    }
+    refuse_open_row();
+    return Layout{std::move(section(0).rows), out_.is_sound};
+  }
+
  private:
+  bool has_offsets_alone(LineCursor cursor, std::size_t end) {
+    bool has_any = false;
+    while (cursor.offset() < end) {
+      SourceLine line = cursor.next();
+      if (const auto rest = without_slash(line)) {
+        if (deletes_blocks_) continue;
+        line = *rest;
+      }
+      if (is_blank(line.text)) continue;
+      if (lex(line, block_) || !role_of(block_).is_offset) return false;
+      has_any = true;
+    }
+    return has_any;
+  }
+
   void refuse(Code code, int line, std::string what, std::string expected) {
     reporter_.report(code, line, 1, std::move(what), std::move(expected));
     out_.is_sound = false;
@@ -115,6 +78,7 @@ class Scanner {
     // Most lines are coordinates, which the structure has no interest in.
     if (!may_matter(whole.text)) {
       const bool moves = has_coordinate(whole.text);
+      if (moves || !is_blank(whole.text)) at_begin_ = false;
       if (moves || !is_blank(whole.text)) works(whole.number, moves);
       return;
     }
@@ -125,7 +89,9 @@ class Scanner {
     }
     if (is_blank(line.text)) return;
     if (const auto fault = lex(line, block_)) return report_fault(line, *fault);
-    const LineRole role = role_of(block_);
+    LineRole role = role_of(block_);
+    at_begin_ = at_begin_ && role.states_axes;
+    if (at_begin_) run_begin_ = next_;  // the axes are the program's, and no copy's
     if (role.deletes_blocks) deletes_blocks_ = *role.deletes_blocks;
     if (role.closes_first) {
       return refuse(Code::SectionMixed,
@@ -133,9 +99,18 @@ class Scanner {
                     quoted(block_.text) + " closes a section and opens another",
                     "M30 and M31 in two lines");
     }
+    if (is_layout_ && role.n_open + role.n_close > 0) {
+      return refuse(Code::SectionMixed,
+                    line.number,
+                    quoted(block_.text) + ": a bracket in a subprogram of offset lines",
+                    "M31 and M30 in the program that calls it");
+    }
     for (int i = 0; i < role.n_open && out_.is_sound; ++i) open();
     if (!out_.is_sound) return;
-    if (role.is_offset) {
+    if (const Layout* layout = called_layout(role)) {
+      role.has = {};
+      read_call(*layout);
+    } else if (role.is_offset) {
       read_offset(role.n_close > 0);
     } else if (role.works) {
       works(line.number, role.moves);
@@ -327,11 +302,56 @@ class Scanner {
                     "M50, M60, M70, M80 or M90, or M60 with one of the last three");
     }
     add_row(moved, codes.orientation(), offset_mm, begins_row, n_patterns);
-    if (open_.empty()) {
-      moved.closing = here_;
-      moved.after = next_;
-      run_begin_ = next_;
+    end_offset_line(moved);
+  }
+
+  const Layout* called_layout(const LineRole& role) const {
+    if (!role.has.calls || !rules_.find_layout || rules_.format != FileFormat::F5000) {
+      return nullptr;
     }
+    return rules_.find_layout(block_.argument, deletes_blocks_);
+  }
+
+  /// A call of offset lines stands for them, with its coordinate added.
+  void read_call(const Layout& layout) {
+    refuse_open_row();
+    out_.is_sound &= layout.is_sound;
+    if (!out_.is_sound) return;
+    Eigen::Vector2d zero_mm = Eigen::Vector2d::Zero();
+    bool has_zero = false;
+    for (const Word& word : block_.all()) {
+      const bool is_axis = word.letter == 'X' || word.letter == 'Y';
+      has_zero |= is_axis;
+      if (is_axis && !read_number(word, word.letter == 'X' ? zero_mm.x() : zero_mm.y())) return;
+      const auto command = word.letter == 'M' ? command_of(word) : std::nullopt;
+      if (is_axis || command == Command::CloseSection || command == Command::Subprogram) continue;
+      return refuse_word(word, "X, Y and M30 before the call of a subprogram of offset lines");
+    }
+    if (static_cast<int>(open_.size()) + rules_.depth >= kMostLevels) {
+      return refuse(Code::NestingTooDeep,
+                    here_.number,
+                    quoted(block_.text) + " opens another level",
+                    fmt::format("at most {} levels, subprograms counted", kMostLevels));
+    }
+    if (open_.empty() && !begin_implicit()) return;
+    Section& moved = section(open_.empty() ? implicit_ : open_.back());
+    if (!moved.is_offset()) moved.body_end = here_.offset;
+    if (has_zero && moved.layout_line == 0) moved.layout_line = here_.number;
+    for (CopyRow row : layout.rows) {
+      row.line = here_.number;
+      row.first_mm += zero_mm;
+      row.last_mm += zero_mm;
+      moved.rows.push_back(row);
+    }
+    end_offset_line(moved);
+  }
+
+  /// Behind offsets without brackets, others may follow.
+  void end_offset_line(Section& moved) {
+    if (!open_.empty()) return;
+    moved.closing = here_;
+    moved.after = next_;
+    run_begin_ = next_;
   }
 
   void refuse_word(const Word& word, std::string expected, Code code = Code::ArgumentInvalid) {
@@ -443,6 +463,8 @@ class Scanner {
   SectionTree out_;
   Block block_;
   std::vector<int> open_;
+  bool is_layout_ = false;  ///< the text is a subprogram of offset lines
+  bool at_begin_ = true;    ///< nothing but FV has come
   int implicit_ = -1;
   std::optional<CopyRow> row_begin_;  ///< of M50V2
   LinePlace here_;
@@ -455,33 +477,6 @@ class Scanner {
 
 }  // namespace
 
-SectionContent& SectionContent::operator|=(const SectionContent& other) {
-  measurements |= other.measurements;
-  calls |= other.calls;
-  own_copies |= other.own_copies;
-  old_feed |= other.old_feed && !feeds;
-  feeds |= other.feeds;
-  return *this;
-}
-
-std::int64_t Section::n_copies() const {
-  std::int64_t n = 0;
-  for (const CopyRow& row : rows) n += row.count;
-  return n;
-}
-
-Eigen::Matrix2d offset_orientation(bool turned, bool mirror_x, bool mirror_y) {
-  Eigen::Matrix2d mirror;
-  mirror << (mirror_x ? -1 : 1), 0, 0, (mirror_y ? -1 : 1);
-  if (!turned) return mirror;
-  // A mirrored program turns the other way: the worked positions of M60M70 and M60M80 are a
-  // quarter turn clockwise behind one mirror.
-  Eigen::Matrix2d quarter;
-  const double sense = mirror_x != mirror_y ? -1 : 1;
-  quarter << 0, -sense, sense, 0;
-  return quarter * mirror;
-}
-
 SectionTree scan_sections(std::string_view bytes,
                           LinePlace begin,
                           std::size_t end,
@@ -491,6 +486,14 @@ SectionTree scan_sections(std::string_view bytes,
   const std::string_view text = bytes.substr(begin.offset, end - begin.offset);
   if (text.find('M') == std::string_view::npos) return {};
   return Scanner(rules, reporter).scan(LineCursor(bytes, begin), end);
+}
+
+std::optional<Layout> scan_layout(std::string_view bytes,
+                                  LinePlace begin,
+                                  std::size_t end,
+                                  const SectionRules& rules,
+                                  const Reporter& reporter) {
+  return Scanner(rules, reporter).scan_layout(LineCursor(bytes, begin), end);
 }
 
 }  // namespace panelcal::sieb_meyer

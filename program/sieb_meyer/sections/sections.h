@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -32,7 +34,7 @@ struct CopyRow {
 struct SectionContent {
   bool measurements = false;  ///< by camera or probe, or perhaps by a subprogram
   bool calls = false;         ///< of subprograms
-  bool own_copies = false;    ///< that differ: a forbidden area, or their number in a text
+  bool own_copies = false;    ///< that differ: an area, or their number in a text
 
   bool feeds = false;     ///< F
   bool old_feed = false;  ///< something is routed before the first F
@@ -52,6 +54,7 @@ struct Section {
   std::vector<int> children;
   SectionContent has;
   bool is_bracketed = false;
+  int layout_line = 0;  ///< of the first call with X or Y of a subprogram of offsets; 0: none
 
   bool is_offset() const { return !rows.empty(); }
   std::int64_t n_copies() const;
@@ -64,11 +67,22 @@ struct SectionTree {
   bool is_sound = true;  ///< no error was reported
 };
 
+/// The offset lines of a subprogram that has nothing else, from its own zero point.
+struct Layout {
+  std::vector<CopyRow> rows;
+  bool is_sound = true;  ///< no error was reported
+};
+
+/// A subprogram of offset lines alone, by its name; null if it works, or if there is none. The
+/// second argument: lines that begin with / are left out.
+using FindLayout = std::function<const Layout*(std::string_view name, bool deletes_blocks)>;
+
 struct SectionRules {
   FileFormat format = FileFormat::F5000;
   bool deletes_blocks = false;
   bool in_subprogram = false;
   int depth = 0;  ///< levels that are open where the text is called
+  FindLayout find_layout = {};
 };
 
 inline constexpr int kMostLevels = 6;
@@ -89,5 +103,16 @@ SectionTree scan_sections(std::string_view bytes,
                           std::size_t end,
                           const SectionRules& rules,
                           const Reporter& reporter);
+
+/// Finds the offset lines of a subprogram between two places of a text; absent if it has others.
+///
+/// Fails  into the reporter: section-mixed (a bracket), argument-invalid, number-malformed
+/// Source SIEB & MEYER CNC 8x.00 Command Set, 6 Subprograms: "Mixing working blocks and offset
+///        blocks in subroutines is not allowed", so that either may stand alone
+std::optional<Layout> scan_layout(std::string_view bytes,
+                                  LinePlace begin,
+                                  std::size_t end,
+                                  const SectionRules& rules,
+                                  const Reporter& reporter);
 
 }  // namespace panelcal::sieb_meyer

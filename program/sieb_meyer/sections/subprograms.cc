@@ -98,6 +98,10 @@ std::optional<SubprogramText> find_subprogram(std::string_view bytes, std::strin
   return found;
 }
 
+bool is_cut_off(std::string_view bytes, const SubprogramText& body) {
+  return body.end == bytes.size() && !ends_in_line_end(bytes);
+}
+
 std::map<std::string, SourceText, std::less<>> read_subprograms(
     std::string_view program, const std::vector<std::filesystem::path>& folders) {
   constexpr std::size_t kMostSubprograms = 1000;

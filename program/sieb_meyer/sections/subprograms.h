@@ -23,6 +23,10 @@ struct SubprogramText {
 };
 std::optional<SubprogramText> find_subprogram(std::string_view bytes, std::string_view name);
 
+/// The subprogram is the last one of its file, which ends in the middle of a line: the file has no
+/// mark at its end, so that only its last line can show that it is cut off.
+bool is_cut_off(std::string_view bytes, const SubprogramText& body);
+
 /// Reads the files of all subprograms that a program calls, also by way of others, by their names.
 ///
 /// A subprogram NAME is in the first folder that has it: in NAME.SS5 (or .ss5, or without), or else

@@ -9,7 +9,7 @@ from .modal import Modal
 from .operations import Operation, Placement
 from .reader import Refusal, codes, count, last, read, read_subprograms, value
 from .routing import CAMERA, MOTIONS, Routing
-from .sections import Section, build, placements
+from .sections import Section, build, layouts, placements
 
 MAX_NESTING = 6  # manual: "M31": sections and calls together
 MACHINE_FUNCTIONS = set(range(22, 28)) | set(range(34, 46)) | set(range(52, 56))
@@ -22,7 +22,7 @@ def interpret(text, subprograms=""):
     """The operations of a program. Raises Refusal where the manual does not settle what a control does."""
     program = read(text)
     machine = Interpreter(program, read_subprograms(subprograms))
-    root = build(program.blocks, program.format)
+    root = build(program.blocks, program.format, machine.layouts)
     operations = machine.run_copies(root) if root.offsets else machine.run(root.children)
     if machine.modal.contour == "routing":
         raise Refusal(root.line, "the program ends within a contour")
@@ -34,6 +34,7 @@ class Interpreter(Routing):
         self.format = program.format
         self.diameters = program.diameters_mm
         self.subprograms = subprograms
+        self.layouts = layouts(subprograms)
         self.modal = Modal()
         self.nesting = 0
         self.calls = []
@@ -65,6 +66,10 @@ class Interpreter(Routing):
     def run_copies(self, section):
         """manual: 5.1: "the execution of the program is repeated (including all tool changes)": the lines
         are executed again for each copy, from the state that the copy before has left."""
+        called = [block for block in section.offsets if block.zero is not None]
+        if called:  # manual: chapter 6: "Calling the subprogram is counted as one nesting depth."
+            self.nest(called[0].line)
+            self.nesting -= 1
         result = []
         for copy in placements(section, self.format):
             operations = self.run_once(section)
@@ -73,6 +78,8 @@ class Interpreter(Routing):
                 if operation.pattern and operation.pattern[0] == "V1" and not copy.is_translation:
                     raise Refusal(operation.line, "V1 in a section that is rotated or mirrored")
             result += [copy.apply(operation) for operation in operations]
+            if not self.modal.absolute and any(block.zero != (0.0, 0.0) for block in called):
+                raise Refusal(called[0].line, "a call of offset lines with coordinates under G91")
             if section.offsets:
                 # manual: "G90": before an offset command the control switches to absolute.
                 self.modal.absolute = True
@@ -96,7 +103,7 @@ class Interpreter(Routing):
         offset = (0.0, 0.0)
         if last(block, "X") or last(block, "Y"):
             offset = self.offset(block)
-        root = build(self.subprograms[name], 5000)
+        root = build(self.subprograms[name], 5000, self.layouts)
         if root.offsets:
             raise Refusal(block.line, "offset lines without brackets in a subprogram")
         self.nest(block.line)
@@ -143,7 +150,7 @@ class Interpreter(Routing):
         motion = next((code for code in reversed(g) if code in MOTIONS), None)
         if self.format == 1000 and modal.contour == "routing" and placed and motion is None and not t0:
             raise Refusal(block.line, "Format 1000 needs the routing function in every block")
-        routes = placed and not t0 and (motion is not None or modal.contour == "routing")
+        routes = placed and not t0 and (motion is not None or modal.contour in ("routing", "left"))
         self.set_parameters(block, g, routes, motion, unread)
         if unread:
             raise Refusal(block.line, f"{', '.join(sorted(unread))}: no meaning in this line")
@@ -225,7 +232,7 @@ class Interpreter(Routing):
             return
         if self.modal.contour == "routing":
             raise Refusal(block.line, "a tool change within a contour")
-        if 0 not in codes(block, "T"):
+        if 0 not in codes(block, "T") and self.modal.contour != "left":
             self.modal.contour = ""  # the T0 line before prevented a stroke, it begins no contour
         if tools[-1] > {1000: 15, 3000: 30, 5000: 99}[self.format]:
             raise Refusal(block.line, "no such tool in this format")

@@ -188,6 +188,8 @@ class Writer:
                 line += rng.choice(["G40", "G41", "G42"])
             lines.append(line)
             p, mode = q, code
+        if self.format >= 3000 and rng.random() < 0.1:
+            lines[-1] += rng.choice(["M28", "M29"])
         end = self.place() if rng.random() < 0.1 else p
         return lines + [self.xy(end) + "T0" + ("G90" if incremental else "")]
 
@@ -361,8 +363,19 @@ class Writer:
         if copies == "none":
             return [self.xy(self.place()) + "M30" if self.rng.random() < 0.5 else "M30"]
         if copies == "row":
-            return [self.xy((0, 0)) + "M50V2", self.xy(self.place()) + f"M50W{self.rng.randint(2, 5)}M30"]
-        return [self.xy(self.place()) + kind for kind in kinds[:-1]] + [self.xy(self.place()) + kinds[-1] + "M30"]
+            lines = [self.xy((0, 0)) + "M50V2", self.xy(self.place()) + f"M50W{self.rng.randint(2, 5)}"]
+        else:
+            lines = [self.xy(self.place()) + kind for kind in kinds]
+        if self.format == 5000 and len(self.subprograms) < 5 and self.rng.random() < 0.2:
+            return self.layout(lines)
+        return lines[:-1] + [lines[-1] + "M30"]
+
+    def layout(self, lines):
+        """The offset lines in a subprogram of their own, moved by the zero of its call."""
+        name = f"PANEL{len(self.subprograms)}"
+        self.subprograms[name] = lines
+        zero = self.rng.choice([self.xy(self.place()), ""])
+        return self.rng.choice([[f"{zero}M99,{name}", "M30"], [f"{zero}M30M99,{name}"]])
 
     def call(self):
         """M99, with its zero at a coordinate or without."""

@@ -30,6 +30,7 @@ class Block:
     command: str = ""  # "M47" ... : a command with text, at the end of the line
     text: str = ""
     labeled: bool = False  # begins with "/"
+    zero: Optional[tuple] = None  # of an offset line in a subprogram: zero point of the call, mm
 
 
 @dataclasses.dataclass

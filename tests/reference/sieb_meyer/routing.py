@@ -22,6 +22,9 @@ class Routing:
             operations = self.end_contour(block.line)
             modal.position = position
             return operations
+        if modal.contour == "left":
+            modal.position, modal.contour = self.target(block, False) if placed else modal.position, ""
+            return []
         modal.position = self.target(block, True) if placed else modal.position
         if modal.position is None or not placed:
             raise Refusal(block.line, "T0 at the beginning of a contour needs X and Y")
@@ -40,8 +43,8 @@ class Routing:
     def route(self, block, motion, g, before):
         modal = self.modal
         line = block.line
-        if modal.contour == "":
-            raise Refusal(line, "a contour must begin with T0")
+        if modal.contour in ("", "left"):
+            raise Refusal(line, "a contour must begin with T0, also behind M28 and M29")
         if {73, 78, 79, 84, 85} & set(g) or codes(block, "V") or block.command:
             raise Refusal(line, "a drilling command within a contour")
         motion = motion or modal.motion
@@ -68,6 +71,11 @@ class Routing:
         else:
             operations.append(self.finished_contour(line, motion, end, g, fields))
         modal.contour, modal.motion, modal.routed, modal.position = "routing", motion, True, end
+        if {28, 29} & set(codes(block, "M")):
+            # manual: "M28": "The XY-axes move to the defined XY-position first and then to the machine
+            # zero"; with XY it is "allowed in drilling and routing blocks".
+            operations += self.end_contour(line)
+            modal.contour = "left"
         return operations
 
     def track(self, line, motion, start, end, g, fields):

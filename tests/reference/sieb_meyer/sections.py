@@ -16,7 +16,14 @@ class Section:
     offsets: list = dataclasses.field(default_factory=list)  # Block
 
 
-def build(blocks, format_):
+def layouts(subprograms):
+    """The subprograms of offset lines alone. manual: chapter 6: "Mixing working blocks (drilling/routing)
+    and offset blocks in subroutines is not allowed", so that one may have either."""
+    return {name: blocks for name, blocks in subprograms.items()
+            if blocks and all(OFFSETS & set(codes(block, "M")) for block in blocks)}
+
+
+def build(blocks, format_, layouts_=None):
     """The root section of a program or subprogram.
 
     manual: "M31", "M30": the coordinates of both lines belong to the section. Format 1000 has M30 but
@@ -30,10 +37,13 @@ def build(blocks, format_):
         opened, closed = marks.count(31), marks.count(30)
         if block.labeled and (opened or closed or OFFSETS & set(marks)):
             raise Refusal(block.line, "/ on a line that opens, places or closes a section is not settled")
+        layout = (layouts_ or {}).get(block.text) if block.command == "M99" else None
+        if opened and (layout or OFFSETS & set(marks)):
+            raise Refusal(block.line, "M31 on an offset line")
         if OFFSETS & set(marks):
-            if opened:
-                raise Refusal(block.line, "M31 on an offset line")
             add_offset(stack, block, format_)
+        elif layout:
+            add_layout(stack, block, layout, format_)
         else:
             rest = Block(block.line, [w for w in block.words if not (w.letter == "M" and int(w.digits) in (30, 31))],
                          block.command, block.text, block.labeled)
@@ -75,6 +85,21 @@ def add_offset(stack, block, format_):
     section.offsets.append(block)
 
 
+def add_layout(stack, call, layout, format_):
+    """manual: "M99": the coordinates of the call are "added to all coordinates of the subprogram"."""
+    if call.labeled or any(word.letter not in "XYM" or (word.letter == "M" and int(word.digits) != 30)
+                           for word in call.words):
+        raise Refusal(call.line, "only X, Y and M30 may stand before the call of offset lines")
+    axes = [last(call, axis) for axis in "XY"]
+    if axes.count(None) == 1:
+        raise Refusal(call.line, "X or Y is missing")
+    zero = (0.0, 0.0) if axes[0] is None else tuple(value(axis, call.line, format_) for axis in axes)
+    for block in layout:
+        if {30, 31} & set(codes(block, "M")):
+            raise Refusal(block.line, "a bracket in a subprogram of offset lines")
+        add_offset(stack, dataclasses.replace(block, zero=zero), format_)
+
+
 def placements(section, format_):
     """The copies that a section's offset lines ask for; without any: one, where it is programmed."""
     if not section.offsets:
@@ -87,9 +112,10 @@ def placements(section, format_):
         marks = frozenset(codes(block, "M")) & OFFSETS
         check_offset(block, marks)
         offset = tuple(value(last(block, axis), block.line, format_) for axis in "XY")
+        zero = block.zero or (0.0, 0.0)
         w = last(block, "W")
         if row is not None:
-            result += pattern_row(block, marks, offset, w)
+            result += pattern_row(block, marks, offset, w, zero)
             row = None
         elif last(block, "V") is not None:
             if marks != {50} or offset != (0.0, 0.0) or w is not None:
@@ -100,18 +126,19 @@ def placements(section, format_):
         elif w is not None:
             raise Refusal(block.line, "W without M50V2 on the line before")
         else:
-            result.append(Placement(*MATRICES[marks], offset))
+            result.append(Placement(*MATRICES[marks], (zero[0] + offset[0], zero[1] + offset[1])))
     if row is not None:
         raise Refusal(row.line, "M50V2 without its end line")
     return result
 
 
-def pattern_row(block, marks, offset, w):
+def pattern_row(block, marks, offset, w, zero):
     """manual: "M50V2": W copies, evenly from the zero point to the last one."""
     if marks != {50} or w is None or last(block, "V") is not None or count(w, block.line) < 2:
         raise Refusal(block.line, "the end of a pattern row must be X..Y..M50W.., W two or more")
     n = count(w, block.line)
-    return [Placement(1, 0, 0, 1, (offset[0] * k / (n - 1), offset[1] * k / (n - 1))) for k in range(n)]
+    return [Placement(1, 0, 0, 1, (zero[0] + offset[0] * k / (n - 1), zero[1] + offset[1] * k / (n - 1)))
+            for k in range(n)]
 
 
 def check_offset(block, marks):

@@ -92,6 +92,33 @@ TEST(SiebMeyerEvents, MachineZeroAndParkPositionComeBehindTheCoordinate) {
                           "function park_position M29"));
 }
 
+/// "Programming the command with XY-coordinates is only allowed in drilling and routing blocks":
+/// the line's piece is routed, and the cutter comes up before the table leaves.
+TEST(SiebMeyerEvents, MachineZeroAndParkPositionComeBehindTheLastPieceOfAContour) {
+  for (const std::string code : {"M28", "M29"}) {
+    const std::string leaves =
+        code == "M28" ? "function machine_zero M28" : "function park_position M29";
+    EXPECT_THAT(clean_steps("X10.Y50.T0T5\nX50.Y50.G1F1.\nX50.Y80." + code + "\nT0\nX1.Y1.\n"),
+                ElementsAre("tool 5",
+                            "position (10, 50)",
+                            "plunge",
+                            "rout 5 line (50, 50)",
+                            "rout 5 line (50, 80)",
+                            "retract",
+                            leaves,
+                            "drill 5 (1, 1)"));
+  }
+  EXPECT_THAT(clean_steps("X50.Y50.T0T5\nX50.Y50.G47R10.F1.M28\nX50.Y50.T0\n"),
+              testing::Contains("function machine_zero M28"));
+  // Where the contour would go on, and where the table leaves in its middle.
+  const std::string contour = "X10.Y50.T0T5\nX50.Y50.G1F1.M28\n";
+  for (const std::string line : {"X50.Y80.\n", "X50.Y80.G1\n", "X50.Y80.T6\n"}) {
+    expect_refused(run_program(format_5000(contour + line + "X50.Y80.T0\n")), 4, {"T0"});
+  }
+  expect_refused(
+      run_program(format_5000("X10.Y50.T0T5\nX50.Y50.G1F1.\nM28\nX50.Y50.T0\n")), 4, {"T0"});
+}
+
 /// "The function already applies for the coordinates in the block."
 TEST(SiebMeyerEvents, BreakageMonitoringAppliesToItsOwnCoordinate) {
   EXPECT_THAT(clean_steps("X1.Y1.T1M94\nX2.Y2.\nX3.Y3.M95\n"),
@@ -226,6 +253,27 @@ TEST(SiebMeyerEvents, CheckAreasArePassedOn) {
                           "function check_area X450.000Y20.000M57",
                           "tool 1",
                           "drill 1 (1, 1)"));
+}
+
+/// In brackets that nothing repeats, and in a subprogram with its zero at program zero, they stand
+/// where they are programmed; in copies elsewhere they could be the copy's own or not.
+TEST(SiebMeyerEvents, CheckAreasMayStandWhereNothingMovesThem) {
+  test::SubprogramFolder folder;
+  folder.with("SETUP.SS5", "@SETUP\nX10.Y20.M56\nX450.Y20.M57\n");
+  const auto has_areas = testing::IsSupersetOf(
+      {"function check_area X10.000Y20.000M56", "function check_area X450.000Y20.000M57"});
+  const std::string areas = "X10.Y20.M56\nX450.Y20.M57\n";
+  const WalkOptions options = obeying_areas(true);
+  EXPECT_THAT(steps_of(run_5000("M99,SETUP\nX1.Y1.T1\n", options, folder.reading())), has_areas);
+  EXPECT_THAT(steps_of(run_5000("M31\n" + areas + "X1.Y1.T1M30\n", options)), has_areas);
+  EXPECT_THAT(steps_of(run_5000("M31\n" + areas + "X1.Y1.T1\nXYM50M30\n", options)),
+              Contains("function check_area X10.000Y20.000M56 [0]"));
+  const auto refused = [&](const std::string& body, const std::string& place) {
+    const ProgramRun run = run_program(format_5000(body), options, folder.reading());
+    EXPECT_THAT(run.diagnostics, Contains(testing::HasSubstr(place + ": error[not-supported]")));
+  };
+  refused("X1.Y1.M99,SETUP\nX1.Y1.T1\n", "SETUP.SS5:2:1");
+  refused("M31\n" + areas + "X1.Y1.T1\nXYM50\nXYM50\nXY9.M50M30\n", "p.exc:3:1");
 }
 
 /// "If a drill hole is within a Forbidden Area, the drill hole is omitted"; "the diameter serves as

@@ -221,6 +221,19 @@ TEST(SiebMeyerRefuses, CameraCommandsInNestedSections) {
               HasSubstr("nest"), HasSubstr("section"), HasSubstr("G39"), HasSubstr("structure")))));
 }
 
+/// "Get correction value from the camera computer (requirement: measurement mode = 3)": of which
+/// layers, and whether it is on from there, the manual does not say.
+TEST(SiebMeyerRefuses, TheCorrectionOfTheCameraComputer) {
+  WalkOptions options;
+  for (const int mode : {1, 3}) {
+    options.sieb_meyer.measurement_mode = mode;
+    expect_refused(
+        run_program(format_5000("X10.Y10.G32\nX10.Y10.G33\nG39,REQCOMP\nX1.Y1.T1\n"), options),
+        4,
+        {"REQCOMP"});
+  }
+}
+
 /// "Max. 1000 correction values can be saved."
 TEST(SiebMeyerRefuses, MoreThanAThousandCorrectionSets) {
   expect_body_refused("X10.Y10.G32\nG31\nG39,SAVE1001\nG30\nX1.Y1.T1\n", 4, {"1000"});

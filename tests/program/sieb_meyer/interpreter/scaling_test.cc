@@ -127,5 +127,16 @@ TEST(SiebMeyerScaling, FvSaysWhereTheAxesPoint) {
   expect_refused(run_program(format_5000("X1.Y1.T1\nM49,FV2\nX2.Y2.\n")), 3, {"first coordinate"});
 }
 
+/// Offsets without brackets move the whole program; its axes are no part of what they repeat.
+TEST(SiebMeyerScaling, FvMayBeginAProgramThatOffsetsWithoutBracketsRepeat) {
+  const std::string moved = "X10.Y3.T1\nXYM50\nX100.YM50\n";
+  expect_places(hole_places(run_5000("(AXES)\nM49,FV2\n" + moved)), {{3, 10}, {3, 110}});
+  EXPECT_THAT(steps_of(run_5000("M49,FV2\n" + moved)),
+              testing::ElementsAre(
+                  "setting M49,FV2", "tool 1 [0]", "drill 1 (3, 10) [0]", "drill 1 (3, 110) [1]"));
+  // Behind what is repeated, another copy would begin in other axes.
+  expect_refused(run_program(format_5000("M47,A\nM49,FV2\n" + moved)), 3, {"brackets"});
+}
+
 }  // namespace
 }  // namespace panelcal

@@ -358,6 +358,27 @@ TEST(ManualG39, SixteenPatternsAreMeasuredSavedAndLoaded) {
   }
 }
 
+/// A panel of four, of which one is not drilled: copies keep their corrections as long as they keep
+/// their numbers. Where a copy in front is left out, "the current STEP value" of those behind it
+/// is another one's.
+TEST(ManualG39, FewerCopiesTakeTheSetsOfTheirPlaces) {
+  FunctionSource source([](const MeasurementRequest& request) -> Vector2d {
+    return request.nominal.in_mm() + Vector2d(0.1 * (request.path[0] + 1), 0);
+  });
+  const std::string body =
+      "X10.Y10.G32\nG31\nG39,SAVE\nG30\nXYM50\nX100.YM50\nX200.YM50\nX300.YM50M30\n"
+      "M31\nG39,LOAD\nX20.Y30.T1\n";
+  const ProgramRun run =
+      run_5000("M31\n" + body + "XYM50\nX100.YM50\nX200.YM50M30\nG30\n", {}, source);
+  expect_places(corrected_places(run), {{20.1, 30}, {120.2, 30}, {220.3, 30}}, kRounding_mm);
+  for (const char* offsets : {"X100.YM50\nX200.YM50M30\n", "XYM50\nX200.YM50M30\n", "XYM80M30\n"}) {
+    const ProgramRun moved = test::run_program(test::format_5000("M31\n" + body + offsets));
+    EXPECT_THAT(moved.diagnostics,
+                Contains(testing::HasSubstr("p.exc:12:1: error[stored-elsewhere]")))
+        << offsets;
+  }
+}
+
 /// "G39,SAVEn: Save correction values (storage location = n)"; LOADn in another order.
 TEST(ManualG39, StorageLocationsMayBeNamed) {
   FunctionSource source([](const MeasurementRequest& request) -> Vector2d {

@@ -405,6 +405,20 @@ TEST(ManualM49, PassesCncCommandsOn) {
               ElementsAre("setting M49,CHEKX100.Y10.DXDY10.", "tool 1", "drill 1 (3.56, -1.02)"));
 }
 
+/// "The following CNC commands effect the direction of rotation: [...] ROV1"; "if the CNC command
+/// INDX,D is set". What switches them off changes nothing.
+TEST(ManualM49, PassesCommandsOnThatSwitchOffWhatIsRefused) {
+  for (const std::string off : {"ROV0", "INDX,-D", "INDX,-D,-I"}) {
+    EXPECT_THAT(steps_of(run_5000("M49," + off + "\nX1.Y2.T1\n")),
+                ElementsAre("setting M49," + off, "tool 1", "drill 1 (1, 2)"));
+  }
+  for (const std::string on :
+       {"ROV1", "ROV", "ROV00", "INDX", "INDX,D", "INDX,-D,I", "INDX,-", "INDX,-DI"}) {
+    const ProgramRun run = run_program(test::format_5000("M49," + on + "\nX1.Y2.T1\n"));
+    EXPECT_THAT(run.diagnostics, ElementsAre(HasSubstr("p.exc:2:5: error[not-supported]"))) << on;
+  }
+}
+
 TEST(ManualM94M95, BreakageMonitoringIsPassedOnBeforeItsHole) {
   const ProgramRun run = run_5000("X1.Y2.T1M94\nX3.Y4.M95\n");
   EXPECT_THAT(steps_of(run),
