@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Content and copies of a section.
-#include "program/sieb_meyer/sections/sections.h"
+#include "program/sieb_meyer/sections/copies.h"
 
 namespace panelcal::sieb_meyer {
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string_view>
 
-#include "program/sieb_meyer/sections/sections.h"
+#include "program/sieb_meyer/sections/copies.h"
 #include "program/sieb_meyer/text/lexer.h"
 
 namespace panelcal::sieb_meyer {
