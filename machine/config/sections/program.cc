@@ -85,20 +85,25 @@ Expected<void> read_control(const TomlTable& table, sieb_meyer::Settings& settin
   return {};
 }
 
+template <class Part>
+Expected<void> read_part(const TomlTable& table,
+                         Words key,
+                         const char* expected,
+                         std::optional<Part> (*parse)(Words),
+                         std::optional<Part>& part) {
+  PANELCAL_TRY(const auto text, table.text(key));
+  if (!text) return {};
+  part = parse(*text);
+  if (!part) return failure(table.problem(key, expected));
+  return {};
+}
+
 /// The control's last setting, for programs that do not state their number format.
 Expected<void> read_format(const TomlTable& table, PartialFormat& format) {
-  const auto read = [&](std::string_view key, auto& part, auto* parse, std::string expected) {
-    return [&, key, parse, expected = std::move(expected)]() -> Expected<void> {
-      PANELCAL_TRY(const auto text, table.text(key));
-      if (!text) return {};
-      part = parse(*text);
-      if (!part) return failure(table.problem(key, expected));
-      return {};
-    }();
-  };
-  PANELCAL_CHECK(read("units", format.unit, parse_unit, "\"inch\" or \"metric\""));
-  PANELCAL_CHECK(read("zeros", format.zeros, parse_zeros, "\"LZ\" or \"TZ\": those that are kept"));
-  PANELCAL_CHECK(read("digits", format.digits, parse_digits, "digits such as \"2.4\""));
+  PANELCAL_CHECK(read_part(table, "units", "\"inch\" or \"metric\"", parse_unit, format.unit));
+  PANELCAL_CHECK(read_part(
+      table, "zeros", "\"LZ\" or \"TZ\": those that are kept", parse_zeros, format.zeros));
+  PANELCAL_CHECK(read_part(table, "digits", "digits such as \"2.4\"", parse_digits, format.digits));
   if (!format.is_empty()) format.from = "[program] of machine.toml";
   return {};
 }

@@ -276,18 +276,11 @@ void Interpreter::check_comment(const SourceLine& line) {
   const PartialFormat& forced = program_.reading.forced_format;
   const bool is_other_unit = stated.unit && !forced.unit && *stated.unit != format_.unit;
   const bool is_other_zeros = stated.zeros && !forced.zeros && *stated.zeros != format_.zeros;
-  const auto digits = forced.digits ? std::nullopt : stated.digits;
-  if (is_other_unit || is_other_zeros) {
-    return reporter_.report(Code::ArgumentInvalid,
-                            line.number,
-                            line.column,
-                            quoted(line.text) + " contradicts " + format_.summary(),
-                            "one number format for the whole program");
-  }
-  if (!digits || (format_.states_digits && !header_.states_digits) ||
-      *digits == std::pair(format_.integer_digits, format_.decimal_digits)) {
-    return;
-  }
+  const bool rules_over_digits = forced.digits || (format_.states_digits && !header_.states_digits);
+  const bool is_other_digits =
+      stated.digits && !rules_over_digits &&
+      *stated.digits != std::pair(format_.integer_digits, format_.decimal_digits);
+  if (!is_other_unit && !is_other_zeros && !is_other_digits) return;
   reporter_.report(Code::ArgumentInvalid,
                    line.number,
                    line.column,

@@ -191,12 +191,6 @@ std::optional<NumberFormat> late_format(const NumberCensus& census,
   return stated;
 }
 
-NumberCensus census_of(std::span<const std::string_view> texts, const LineRules& rules) {
-  NumberCensus census;
-  for (const std::string_view text : texts) take_census(text, rules, census);
-  return census;
-}
-
 }  // namespace
 
 FormatStart stated_start(const ReadOptions& reading) {
@@ -210,18 +204,24 @@ FormatStart stated_start(const ReadOptions& reading) {
   return start;
 }
 
-FormatStart choose_format(std::span<const std::string_view> texts,
-                          const Header& draft,
-                          FormatStart start,
-                          const ReadOptions& reading,
-                          const Reporter& reporter) {
-  const Known known = known_of(texts.front(), draft, start);
-  if (known.unit && known.zeros && !known.late) return start;
+std::optional<FormatStart> choose_format(std::string_view program,
+                                         const PatternTexts& read_patterns,
+                                         const Header& draft,
+                                         FormatStart start,
+                                         const ReadOptions& reading,
+                                         const Reporter& reporter) {
+  const Known known = known_of(program, draft, start);
+  if (known.unit && known.zeros && !known.late) return std::nullopt;
+  std::vector<std::string> patterns;
+  if (read_patterns) patterns = read_patterns(program);
+  std::vector<std::string_view> texts(patterns.begin(), patterns.end());
+  texts.insert(texts.begin(), program);
   const LineRules rules{draft.set,
                         draft.block_delete.value_or(reading.block_delete.value_or(false))};
   const auto has_bare = [&](std::string_view text) { return has_bare_number(text, rules); };
-  if (known.unit && !known.late && std::ranges::none_of(texts, has_bare)) return start;
-  NumberCensus census = census_of(texts, rules);
+  if (known.unit && !known.late && std::ranges::none_of(texts, has_bare)) return std::nullopt;
+  NumberCensus census;
+  for (const std::string_view text : texts) take_census(text, rules, census);
   census.is_incremental |= draft.incremental;
   if (known.late) {
     if (const auto format = late_format(census, draft, *known.late, reading, reporter)) {

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "program/excellon/text/header.h"
 #include "program/text/number_format.h"
@@ -23,21 +24,26 @@ struct FormatStart {
   std::string assumed;   ///< the reason against others, where nothing states it
 };
 
+/// Texts of the stored patterns that a program calls, in the manual's characters.
+using PatternTexts = std::function<std::vector<std::string>(std::string_view program)>;
+
 /// The one of --format and the control's last setting.
 FormatStart stated_start(const ReadOptions& reading);
 
 /// Finds the one format that the numbers can be meant in of a program that does not state its unit
 /// or its zeros; docs/conventions.md, "Number format not stated", has what rules a reading out.
 ///
-/// In     texts: the program, then the stored patterns it calls
+/// In     read_patterns: asked only where numbers decide; may be empty
 ///        draft: the header as read with `start`; what it states is known
-/// Out    `start` with the one reading that is left, and a warning format-assumed with the reason
+/// Out    `start` with the one reading that is left, and a warning format-assumed with the reason;
+///        absent: the draft is as it has to be
 /// Fails  into the log: format-ambiguous, with the extents of two readings
 /// Source CNC-7 manual, Leading and Trailing Zeros: which zeros a writer leaves off in each mode
-FormatStart choose_format(std::span<const std::string_view> texts,
-                          const Header& draft,
-                          FormatStart start,
-                          const ReadOptions& reading,
-                          const Reporter& reporter);
+std::optional<FormatStart> choose_format(std::string_view program,
+                                         const PatternTexts& read_patterns,
+                                         const Header& draft,
+                                         FormatStart start,
+                                         const ReadOptions& reading,
+                                         const Reporter& reporter);
 
 }  // namespace panelcal::excellon

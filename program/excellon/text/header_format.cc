@@ -56,18 +56,17 @@ void HeaderFormat::take_options(int line, int column, std::string_view options, 
   while (!options.empty()) {
     const auto comma = options.find(',');
     const std::string_view part = options.substr(0, comma);
-    if (part == "LZ" || part == "TZ") {
-      const Zeros zeros = part == "LZ" ? Zeros::LeadingKept : Zeros::TrailingKept;
-      const bool changes = zeros != format.zeros && !header_.states_zeros;
+    const std::optional<FormatWords> words = read_format_words(part);
+    if (words && words->zeros) {
+      const bool changes = *words->zeros != format.zeros && !header_.states_zeros;
       if (changes && header_.has_dimension && !is_late && !forced_.zeros) {
         report_late(line, column, quoted(part), "zeros");
       }
-      format.zeros = zeros;
+      format.zeros = *words->zeros;
       has_zeros_word_ = header_.states_zeros = true;
-    } else if (is_digit_mask(part)) {
+    } else if (words && words->digits) {
       has_digit_mask_ = format.states_digits = true;
-      format.integer_digits = static_cast<int>(part.find('.'));
-      format.decimal_digits = static_cast<int>(part.size()) - format.integer_digits - 1;
+      std::tie(format.integer_digits, format.decimal_digits) = *words->digits;
     } else {
       invalid(line, column, quoted(part), "LZ, TZ or digits such as 000.000");
     }

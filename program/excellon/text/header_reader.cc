@@ -380,18 +380,25 @@ Header read_header(const SourceText& source,
   const auto read = [&](const FormatStart& start, DiagnosticLog& to) {
     return HeaderReader(source.file, bytes, start, reading, to).read();
   };
-  FormatStart start = stated_start(reading);
+  const FormatStart start = stated_start(reading);
+  // Tool data may stand before the line that states the unit, or nothing does: the numbers say how
+  // to read them, and the header is then read again.
+  DiagnosticLog of_draft = log;
+  Header header = read(start, of_draft);
+  std::optional<FormatStart> chosen;
   if (!start.knows_unit || !start.knows_zeros) {
-    // Tool data before the line that states the unit, or none: the numbers say how to read them.
-    DiagnosticLog unheard;
-    const Header draft = read(start, unheard);
-    std::vector<std::string> patterns;
-    if (read_patterns && spelling.calls_patterns) patterns = read_patterns(bytes);
-    std::vector<std::string_view> texts(patterns.begin(), patterns.end());
-    texts.insert(texts.begin(), bytes);
-    start = choose_format(texts, draft, std::move(start), reading, Reporter(source.file, log));
+    chosen = choose_format(bytes,
+                           spelling.calls_patterns ? read_patterns : PatternTexts(),
+                           header,
+                           start,
+                           reading,
+                           Reporter(source.file, log));
   }
-  Header header = read(start, log);
+  if (chosen) {
+    header = read(*chosen, log);
+  } else {
+    log = std::move(of_draft);
+  }
   header.calls_patterns = spelling.calls_patterns;
   header.respelled = std::move(spelling.text);
   return header;

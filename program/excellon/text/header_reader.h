@@ -1,20 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <functional>
-#include <string>
-#include <string_view>
-#include <vector>
-
 #include "calib/base/diagnostic.h"
+#include "program/excellon/text/format_choice.h"
 #include "program/excellon/text/header.h"
 #include "program/text/source_text.h"
 #include "program/walk/options.h"
 
 namespace panelcal::excellon {
-
-/// Texts of the stored patterns that a program calls, in the manual's characters.
-using PatternTexts = std::function<std::vector<std::string>(std::string_view program)>;
 
 /// Reads the header, or finds that there is none. Header commands directly behind it, or before the
 /// first block of a program without one, are read as its own; so is a second header.
