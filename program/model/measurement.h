@@ -15,6 +15,7 @@
 #include "calib/base/units.h"
 #include "calib/panel/fit.h"
 #include "program/model/calibration_order.h"
+#include "program/model/pattern_file.h"
 #include "program/model/placement.h"
 
 namespace panelcal {
@@ -35,8 +36,9 @@ struct VisionSettings {
 struct MeasurementRequest {
   std::int64_t seq = 0;  ///< from 0, in the order of execution
   int line = 0;
-  std::string file;     ///< of a stored pattern (M99); empty: the program itself
-  std::string command;  ///< G35, G36, G38, G45, G46 or G48
+  std::string file;         ///< of a stored pattern (M99); empty: the program itself
+  std::string file_sha256;  ///< of that file's bytes; empty: not known
+  std::string command;      ///< G35, G36, G38, G45, G46 or G48
   VisionSettings settings;
   Position<frame::Nominal> nominal;
   Position<frame::Actual> expected;  ///< place to look at, relative to work zero
@@ -45,6 +47,7 @@ struct MeasurementRequest {
   /// The coordinates that count: both, but of slots (SIEB & MEYER, measurement mode 5).
   ObservedAxes axes = ObservedAxes::Both;
 
+  PatternFile pattern() const { return {file, file_sha256}; }
   /// Place of the optical axis to see the expected place in the middle.
   Position<frame::Machine> expected_in_machine() const {
     return work_zero + displacement_mm<frame::Machine>(expected.in_mm());

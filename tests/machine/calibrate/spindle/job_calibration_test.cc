@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "calib/base/files/digest.h"
 #include "machine/sim/sim_coupon.h"
 #include "machine/sim/sim_machine.h"
 #include "machine/sources/live_source.h"
@@ -465,6 +466,20 @@ TEST(RecordedCalibration, RefusesWhatIsNone) {
   refuses(with("\"text\"", "\"txet\""), Code::MeasurementFile, "text");
   refuses(
       std::string(kRecorded) + "\n" + std::string(kRecorded), Code::MeasurementFile, "m.jsonl:2:");
+}
+
+TEST(RecordedCalibration, ReplaysAStoredPatternFromAnotherFolder) {
+  CalibrationAnswer written = parse_measurements(kRecorded, "m.jsonl")->calibrations[0].answer;
+  written.order.file = "job/PINS";
+  written.order.file_sha256 = sha256("G39\n");
+  const auto recorded = parse_measurements(to_json(written), "m.jsonl");
+  ASSERT_TRUE(recorded) << recorded.error().text();
+  CalibrationOrder order = written.order;
+  order.file = "PINS";
+  EXPECT_TRUE(MeasurementFileSource(*recorded).calibrate(order));
+  order.file_sha256 = sha256("G39\n\n");
+  EXPECT_THAT(MeasurementFileSource(*recorded).calibrate(order),
+              FailsWith(Code::MeasurementMismatch, "file \"PINS\", sha256 "));
 }
 
 TEST(RecordedCalibration, HasToBeTheProgramsOwn) {
