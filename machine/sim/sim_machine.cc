@@ -289,6 +289,8 @@ Expected<std::optional<CalibrationAnswer>> SimMachine::calibrate(const Calibrati
   PANELCAL_TRY(SimCoupon* const coupon, coupon_for(order));
   const std::optional<double> lamp = order.lamp ? order.lamp : stated_lamp_;
   if (lamp) PANELCAL_CHECK(coupon->set(CameraSetting::Lamp, *lamp));
+  const Length focus_z = procedure_.focus_z().value_or(stated_focus_);
+  PANELCAL_CHECK(coupon->set(CameraSetting::Focus, focus_z.in_mm()));
   // The map owns the coupon.
   const auto exact = std::shared_ptr<Stage>(std::shared_ptr<Stage>(), coupon);
   const auto stage = measuring_stage(simulated_stage(exact, sim_.table), table_);

@@ -164,6 +164,22 @@ TEST(JobCalibration, ReplaysToTheBit) {
   }
 }
 
+/// 1.5 mm below its focus the camera sees the coupon with a blur of 20 pixels.
+TEST(JobCalibration, LooksWithTheFocusThatTheProgramFound) {
+  const TemporaryFolder folder;
+  MachineConfig config = machine_with_coupon(folder, "focus_z_mm = 1.5\nfocus_depth_mm = 0.05\n");
+  config.vision.focus_range = FocusRange{mm(1), mm(2)};
+  config.walk.has_focus = true;
+  const Job job = run_simulated(
+      excellon("$uvis,focus,x350.0y150.0\n$uvis,calib\nT1\nG38X350.0Y150.0\n"), config);
+  ASSERT_EQ(job.survey.focus.size(), 1U) << test::all_text(job.log);
+  ASSERT_TRUE(job.survey.focus[0].is_found) << job.survey.focus[0].reason;
+  ASSERT_EQ(job.survey.measurements.size(), 1U) << test::all_text(job.log);
+  ASSERT_EQ(job.survey.calibrations.size(), 1U);
+  EXPECT_THAT(job.survey.calibrations[0].text, HasSubstr("from 9 holes in 36 looks"));
+  EXPECT_LT(squared_score(job.survey.measurements[0], job.survey.calibrations[0]), kMostSquare);
+}
+
 TEST(JobCalibration, AtAZoomNeedsItsCamera) {
   const TemporaryFolder folder;
   const MachineConfig config = machine_with_coupon(folder);
@@ -329,14 +345,22 @@ class SharedStage final : public Stage {
   double growth_;
 };
 
+/// A camera with a focus axis.
 class SharedCamera final : public CameraDevice {
  public:
-  explicit SharedCamera(SimCoupon& machine) : machine_(machine) {}
+  SharedCamera(SimCoupon& machine, std::optional<double>& focus_mm)
+      : machine_(machine), focus_mm_(focus_mm) {}
+  bool can_set(CameraSetting setting) const override { return setting == CameraSetting::Focus; }
+  Expected<void> set(CameraSetting setting, double value) override {
+    focus_mm_ = value;
+    return machine_.set(setting, value);
+  }
   Expected<Image> take() override { return machine_.take(); }
   std::string name() const override { return "shared"; }
 
  private:
   SimCoupon& machine_;
+  std::optional<double>& focus_mm_;
 };
 
 class SharedSpindle final : public Spindle {
@@ -354,10 +378,11 @@ class LiveSourceTest : public ::testing::Test {
  protected:
   LiveSource source(Prompt prompt = {}, bool can_drill = true, double growth = 1) {
     auto views = std::make_unique<CameraViews>(config_.spindle_camera,
-                                               std::make_unique<SharedCamera>(machine_),
+                                               std::make_unique<SharedCamera>(machine_, focus_mm_),
                                                std::make_unique<SharedStage>(machine_, growth),
                                                config_.settle,
                                                [](Time) {});
+    views->set_stated(config_.vision);
     auto made = LiveSource::create(config_,
                                    std::move(views),
                                    std::make_unique<SharedSpindle>(machine_, can_drill),
@@ -387,6 +412,7 @@ class LiveSourceTest : public ::testing::Test {
   TemporaryFolder folder_;
   MachineConfig config_ = machine_with_coupon(folder_);
   SimCoupon machine_ = *SimCoupon::create(config_, test::usual_scatter(3));
+  std::optional<double> focus_mm_;  ///< to which the camera was told to go last
 };
 
 TEST_F(LiveSourceTest, LooksThroughTheNewOffset) {
@@ -405,6 +431,25 @@ TEST_F(LiveSourceTest, LooksThroughTheNewOffset) {
   ASSERT_TRUE(*answer);
   EXPECT_LT(off_mm(look(source)).norm(), kLook_mm);
   EXPECT_EQ(machine_.holes().size(), 10U);
+}
+
+TEST_F(LiveSourceTest, LooksAtTheCouponWithTheFocusThatTheProgramFound) {
+  config_.sim->focus_z = mm(1.5);
+  config_.vision.focus_range = FocusRange{mm(1), mm(2)};
+  config_.vision.focus = mm(1.1);  // for a program that does not focus
+  machine_ = *SimCoupon::create(config_, test::usual_scatter(3));
+  ASSERT_TRUE(machine_.move_to(position_mm<frame::Machine>(400, 200)));
+  ASSERT_TRUE(machine_.drill(1));
+  LiveSource source = this->source();
+  MeasurementRequest request;
+  request.seq = -1;
+  request.expected = position_mm<frame::Actual>(400, 200);
+  const auto focus = source.focus(request);
+  ASSERT_TRUE(focus) << focus.error().text();
+  ASSERT_TRUE((*focus)->is_found) << (*focus)->reason;
+  const auto answer = source.calibrate(order());
+  ASSERT_TRUE(answer) << answer.error().text();
+  EXPECT_EQ(focus_mm_, (*focus)->z.in_mm());
 }
 
 TEST_F(LiveSourceTest, AsksForTheEntryMaterial) {
