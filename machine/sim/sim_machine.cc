@@ -66,7 +66,8 @@ SimMachine::SimMachine(const MachineConfig& config, VisionProcedure procedure)
       stated_focus_(config.vision.focus.value_or(Length())),
       stated_lamp_(config.vision.lamp),
       table_(config.walk.table),
-      true_offset_{config.sim->spindle_camera_offset.value_or(config.spindle_camera.offset), {}},
+      warm_offset_{config.sim->spindle_camera_offset.value_or(config.spindle_camera.offset), {}},
+      settle_(config.settle),
       job_(config),
       calibrated_camera_(config.camera->mapping()),
       camera_(internal::sim_camera(*config.sim, calibrated_camera_)),
@@ -230,7 +231,7 @@ Expected<TakenPicture> SimMachine::picture(const MeasurementRequest& request,
   PANELCAL_TRY(const Camera camera, camera_for(request, view));
   const Position<frame::Machine> spindle = job_.offset().spindle_to_see(view.axis);
   PANELCAL_TRY(const Position<frame::Machine> standing, stands_at(spindle));
-  const Position<frame::Machine> true_axis = true_offset_.optical_axis(standing);
+  const Position<frame::Machine> true_axis = true_offset().optical_axis(standing);
 
   Scene scene = internal::sim_scene(sim_);
   const std::vector<const Mark*> marks = marks_in_view(true_axis);
@@ -262,26 +263,34 @@ Expected<TakenPicture> SimMachine::picture(const MeasurementRequest& request,
   return TakenPicture{render(scene, camera, noise), job_.offset().optical_axis(spindle), "", ""};
 }
 
+Expected<TakenPicture> SimMachine::take(const MeasurementRequest& request, const View& view) {
+  // Inspections of one view follow each other where the camera stands.
+  if (view.i_inspection == 0) now_ = now_ + settle_;
+  return picture(request, view);
+}
+
 Expected<Measurement> SimMachine::measure(const MeasurementRequest& request) {
   PANELCAL_TRY(Measurement measurement, procedure_.measure(request, *this));
   return job_.complete(std::move(measurement));
 }
 
 Expected<SimCoupon*> SimMachine::coupon_for(const CalibrationOrder& order) {
-  const auto known = coupons_.find(order.zoom);
-  if (known != coupons_.end()) return &known->second;
   PANELCAL_TRY(MachineConfig config, job_.config_at(order));
-  config.sim->spindle_camera_offset = true_offset_.offset;
+  config.sim->spindle_camera_offset = warm_offset_.offset;
   if (order.zoom) {
     // As in camera_for: a zoom is what it is calibrated as.
     config.sim->camera.reset();
     config.sim->width_px = config.camera->picture_width_px;
     config.sim->height_px = config.camera->picture_height_px;
   }
+  if (coupon_) {
+    coupon_->look_through(config);
+    return &*coupon_;
+  }
   SimCouponOptions options = config.sim->coupon;
   if (config.coupon) options.vision_tool = config.coupon->vision_tool;
-  PANELCAL_TRY(SimCoupon coupon, SimCoupon::create(config, options));
-  return &coupons_.emplace(order.zoom, std::move(coupon)).first->second;
+  PANELCAL_TRY(coupon_, SimCoupon::create(config, options));
+  return &*coupon_;
 }
 
 Expected<std::optional<CalibrationAnswer>> SimMachine::calibrate(const CalibrationOrder& order) {
@@ -291,13 +300,16 @@ Expected<std::optional<CalibrationAnswer>> SimMachine::calibrate(const Calibrati
   if (lamp) PANELCAL_CHECK(coupon->set(CameraSetting::Lamp, *lamp));
   const Length focus_z = procedure_.focus_z().value_or(stated_focus_);
   PANELCAL_CHECK(coupon->set(CameraSetting::Focus, focus_z.in_mm()));
-  // The map owns the coupon.
+  coupon->wait(now_ - coupon->now());
+  // The machine owns the coupon.
   const auto exact = std::shared_ptr<Stage>(std::shared_ptr<Stage>(), coupon);
   const auto stage = measuring_stage(simulated_stage(exact, sim_.table), table_);
   CalibrationDevices devices = coupon->devices(*stage);
   devices.taken_by = taken_by_;
-  PANELCAL_TRY(CalibrationAnswer answer, job_.calibrate(order, devices));
-  return answer;
+  Expected<CalibrationAnswer> answer = job_.calibrate(order, devices);
+  now_ = coupon->now();
+  if (!answer) return failure(std::move(answer).error());
+  return *std::move(answer);
 }
 
 }  // namespace panelcal

@@ -33,10 +33,13 @@ namespace panelcal {
 /// real camera then sees there, and locates the target with the calibrated camera. The truth never
 /// enters a measurement.
 ///
+/// Panel and coupon are on one machine: one focus, one lamp and one clock, with which the offset of
+/// a cold machine ([sim.coupon] cold_um) goes over to that of the warm one.
+///
 /// On the panel lie all targets of the program, each with its vision tool's shape and size (four
 /// marks around a target of four views) and the debris of [sim], and in each view `neighbors` other
 /// marks of other sizes. All that is random is a function of the seed and of the request's seq, so
-/// the order of requests does not matter and a seed names one panel for ever.
+/// the order of requests does not matter to a warm machine, and a seed names one panel for ever.
 class SimMachine final : public MeasurementSource, public ViewTaker {
  public:
   /// Walks through the program once to learn where its targets are.
@@ -63,13 +66,12 @@ class SimMachine final : public MeasurementSource, public ViewTaker {
   /// Drills into a virtual coupon ([sim.coupon]) beside the panel, and looks at it.
   Expected<std::optional<CalibrationAnswer>> calibrate(const CalibrationOrder& order) override;
 
-  /// The camera's picture; the picture's axis is where the machine believes it to be.
+  /// The camera's picture now; the picture's axis is where the machine believes it to be.
   ///
   /// Fails  vision-tool-undefined; what VisionProcedure reports of a request it cannot answer
   Expected<TakenPicture> picture(const MeasurementRequest& request, const View& view) const;
-  Expected<TakenPicture> take(const MeasurementRequest& request, const View& view) override {
-    return picture(request, view);
-  }
+  /// The same; waits before it as a real machine does, which may warm up meanwhile.
+  Expected<TakenPicture> take(const MeasurementRequest& request, const View& view) override;
 
   const VisionProcedure& procedure() const { return procedure_; }
   const Truth& truth() const { return truth_; }
@@ -97,16 +99,21 @@ class SimMachine final : public MeasurementSource, public ViewTaker {
   Expected<Camera> camera_for(const MeasurementRequest& request, const View& view) const;
   /// True place of the spindle that was sent to a place, by way of the calibrated table.
   Expected<Position<frame::Machine>> stands_at(const Position<frame::Machine>& spindle) const;
+  SpindleCameraOffset true_offset() const {
+    return internal::sim_offset_at(now_, warm_offset_, sim_.coupon);
+  }
   std::vector<const Mark*> marks_in_view(const Position<frame::Machine>& true_axis) const;
 
   SimConfig sim_;
   Length stated_focus_;                           ///< [camera] focus_mm, or 0
   std::optional<double> stated_lamp_;             ///< [camera] lamp
   std::shared_ptr<const TableCorrection> table_;  ///< as calibrated; may be null
-  SpindleCameraOffset true_offset_;
+  SpindleCameraOffset warm_offset_;               ///< the true one, see true_offset()
+  Time settle_;
+  Time now_;  ///< since the machine was started; only waiting takes time
   JobCalibration job_;
   TakenBy taken_by_;
-  std::map<std::optional<double>, SimCoupon> coupons_;  ///< by zoom
+  std::optional<SimCoupon> coupon_;  ///< none until the first calibration
   CameraMapping calibrated_camera_;
   Camera camera_;
   VisionProcedure procedure_;

@@ -2,6 +2,7 @@
 #include "machine/sim/sim_machine.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -96,6 +97,24 @@ TEST_F(SimMachineTest, WrongSpindleCameraOffsetShiftsEveryMeasurement) {
     ASSERT_TRUE(measurement) << measurement.error().text();
     const Truth::Target& truth = machine.truth().targets[static_cast<std::size_t>(request.seq)];
     EXPECT_THAT(measurement->measured.position, IsNearPosition(truth.actual + error, kLocated));
+  }
+}
+
+TEST_F(SimMachineTest, ColdOffsetGoesWithTheTimeThatThePicturesTake) {
+  MachineConfig config = this->config("[sim.coupon]\ncold_um = [40, -20]\nwarm_up_s = 10\n");
+  config.settle = seconds(5);
+  SimMachine machine = this->machine(config);
+  const MeasurementRequest request = requests(config).front();
+  // The camera looks 40 um farther right than believed when the machine is started, and everything
+  // seems so much farther left.
+  for (const double time_s : {5.0, 10.0, 15.0}) {
+    const auto measurement = machine.measure(request);
+    ASSERT_TRUE(measurement) << measurement.error().text();
+    const double left = std::exp(-time_s / 10);
+    EXPECT_THAT(measurement->measured.position,
+                IsNearPosition(machine.truth().targets.front().actual +
+                                   displacement_mm<frame::Actual>(-0.04 * left, 0.02 * left),
+                               kLocated));
   }
 }
 

@@ -4,6 +4,7 @@
 #include "machine/calibrate/spindle/job_calibration.h"
 
 #include <cmath>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -164,6 +165,38 @@ TEST(JobCalibration, ReplaysToTheBit) {
   }
 }
 
+/// Panel and coupon are seen by one camera, 22 um off that of the warm machine. The job learns that
+/// as well as its covariance says: the mean error of 24 jobs is 0 to within 4 sigmas.
+TEST(JobCalibration, IsUnbiasedOnAColdMachine) {
+  constexpr int kTrials = 24;
+  const TemporaryFolder folder;
+  auto config = test::coupon_machine(folder.path(), R"([sim.coupon]
+drill_wander_um = 3
+stage_repeatability_um = 1
+cold_um = [-20, 10]
+warm_up_s = 36000
+[coupon]
+origin_mm = [300, 100]
+rows_per_run = 3
+approaches = ["+x+y"]
+)");
+  ASSERT_TRUE(config) << config.error().text();
+  const std::string text = excellon("G39X300.0Y100.0\nT1\nG38X350.0Y150.0\n");
+  Eigen::Vector2d sum_mm = Eigen::Vector2d::Zero();
+  Eigen::Vector2d variance_mm2 = Eigen::Vector2d::Zero();
+  for (int i = 0; i < kTrials; ++i) {
+    config->sim->seed = static_cast<std::uint64_t>(i);
+    config->sim->coupon.seed = 4000 + static_cast<std::uint64_t>(i);
+    const Job job = run_simulated(text, *config);
+    ASSERT_EQ(job.survey.measurements.size(), 1U) << "trial " << i << test::all_text(job.log);
+    const Measurement& m = job.survey.measurements[0];
+    sum_mm += error_mm(m);
+    variance_mm2 += (m.measured.cov + job.survey.calibrations.at(0).offset->cov_mm2).diagonal();
+  }
+  const Eigen::Vector2d scores = sum_mm.cwiseQuotient(variance_mm2.cwiseSqrt());
+  EXPECT_LT(scores.cwiseAbs().maxCoeff(), 4) << sum_mm.transpose() / kTrials << " mm";
+}
+
 /// 1.5 mm below its focus the camera sees the coupon with a blur of 20 pixels.
 TEST(JobCalibration, LooksWithTheFocusThatTheProgramFound) {
   const TemporaryFolder folder;
@@ -236,6 +269,22 @@ TEST(JobCalibration, RefusesPlacesThatWereDrilledBefore) {
       excellon("G39X300.0Y100.0\nT1\nG38X350.0Y150.0\nG39X300.0Y100.0\nG38X360.0Y150.0\n"), config);
   EXPECT_EQ(job.survey.calibrations.size(), 1U);
   EXPECT_THAT(test::all_text(job.log), HasSubstr("error[calibration-refused]"));
+}
+
+/// Another zoom is another look at the same coupon.
+TEST(JobCalibration, RefusesPlacesThatWereDrilledBeforeAtAnotherZoom) {
+  const TemporaryFolder folder;
+  MachineConfig config = machine_with_coupon(folder);
+  for (const double level : {1, 3}) {
+    config.zooms.emplace(level, *config.camera);
+    config.walk.uncertainty.zooms.emplace(level, config.walk.uncertainty.camera);
+  }
+  const Job job = run_simulated(excellon("$uvis,zoom,3\nG39X300.0Y100.0\n$uvis,zoom,1\n"
+                                         "G39X300.0Y100.0\nT1\nG38X350.0Y150.0\n"),
+                                config);
+  EXPECT_EQ(job.survey.calibrations.size(), 1U);
+  EXPECT_THAT(test::all_text(job.log), HasSubstr("error[calibration-refused]"));
+  EXPECT_THAT(test::all_text(job.log), HasSubstr("the place was drilled at before"));
 }
 
 TEST(JobCalibration, RefusesPlacesThatTheMachineCannotReach) {
