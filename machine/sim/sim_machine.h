@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -36,11 +37,14 @@ namespace panelcal {
 /// Panel and coupon are on one machine: one focus, one lamp and one clock, with which the offset of
 /// a cold machine ([sim.coupon] cold_um) goes over to that of the warm one.
 ///
+/// A target where the program has drilled before it looks there is that hole, where the spindle
+/// really drilled it. So is one at a place where a calibration of this job has drilled the coupon.
+///
 /// On the panel lie all targets of the program, each with its vision tool's shape and size (four
 /// marks around a target of four views) and the debris of [sim], and in each view `neighbors` other
 /// marks of other sizes. All that is random is a function of the seed and of the request's seq, so
 /// the order of requests does not matter to a warm machine, and a seed names one panel for ever.
-class SimMachine final : public MeasurementSource, public ViewTaker {
+class SimMachine final : public MeasurementSource, public ViewTaker, public DrilledPanel {
  public:
   /// Walks through the program once to learn where its targets are.
   ///
@@ -66,6 +70,12 @@ class SimMachine final : public MeasurementSource, public ViewTaker {
   /// Drills into a virtual coupon ([sim.coupon]) beside the panel, and looks at it.
   Expected<std::optional<CalibrationAnswer>> calibrate(const CalibrationOrder& order) override;
 
+  DrilledPanel* drilled_panel() override { return this; }
+  /// Drills where the spindle really stands when it is sent to a place, with the wander and the
+  /// stage's repeatability of [sim.coupon]. Of a target that the program has there it makes the
+  /// hole; the first one stays, which a drill that comes again follows.
+  void drill(const DrilledHole& hole) override;
+
   /// The camera's picture now; the picture's axis is where the machine believes it to be.
   ///
   /// Fails  vision-tool-undefined; what VisionProcedure reports of a request it cannot answer
@@ -80,9 +90,18 @@ class SimMachine final : public MeasurementSource, public ViewTaker {
   /// A target on the panel: what it and its dirt look like at the optical axis.
   struct Mark {
     Position<frame::Machine> place;
+    Position<frame::Machine> programmed;  ///< place by the program
+    bool is_hole = false;                 ///< drilled by this machine
     std::vector<Feature> features;
     std::vector<Feature> debris;
     double reach_mm = 0;
+  };
+
+  /// Place of a target by the program.
+  struct TargetPlace {
+    Position<frame::Machine> programmed;
+    Position<frame::Machine> work_zero;
+    std::size_t i_target = 0;  ///< index into Truth::targets
   };
 
   SimMachine(const MachineConfig& config, VisionProcedure procedure);
@@ -91,6 +110,9 @@ class SimMachine final : public MeasurementSource, public ViewTaker {
   Expected<void> place_marks(std::span<const MeasurementRequest> requests,
                              const std::filesystem::path& config_file);
   void tell_holes(std::span<const MeasurementRequest> requests);
+  std::vector<TargetPlace> targets_at(const Position<frame::Machine>& programmed) const;
+  /// Makes the targets that the program has at a place the hole that was drilled for it.
+  void make_hole(const Position<frame::Machine>& programmed, const Position<frame::Machine>& hole);
   Mark make_mark(const MeasurementRequest& request,
                  const Target& target,
                  const Position<frame::Machine>& place,
@@ -118,9 +140,11 @@ class SimMachine final : public MeasurementSource, public ViewTaker {
   Camera camera_;
   VisionProcedure procedure_;
   Truth truth_;
-  std::vector<Mark> marks_;      ///< by x, so that a view's are found quickly
-  double view_radius_mm_ = 0;    ///< of the widest view, from its axis
-  double largest_reach_mm_ = 0;  ///< of any mark
+  std::vector<Mark> marks_;                 ///< by x, so that a view's are found quickly
+  std::vector<TargetPlace> target_places_;  ///< by x
+  std::int64_t last_seq_ = -1;              ///< of the requests that pictures were taken for
+  double view_radius_mm_ = 0;               ///< of the widest view, from its axis
+  double largest_reach_mm_ = 0;             ///< of any mark
 };
 
 }  // namespace panelcal

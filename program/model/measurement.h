@@ -115,6 +115,20 @@ struct FocusResult {
 /// unmeasured.
 using RequestForecast = std::function<std::vector<MeasurementRequest>()>;
 
+/// A hole that the spindle drills while a program is measured.
+struct DrilledHole {
+  Position<frame::Nominal> nominal;
+  Position<frame::Actual> place;  ///< by the corrections in force, relative to work zero
+  Position<frame::Machine> work_zero;
+};
+
+/// A panel that the spindle drills into: the virtual machine's.
+class DrilledPanel {
+ public:
+  virtual ~DrilledPanel() = default;
+  virtual void drill(const DrilledHole& hole) = 0;
+};
+
 /// A source of true places of targets: camera, picture folder, recorded file, simulation.
 class MeasurementSource {
  public:
@@ -134,6 +148,10 @@ class MeasurementSource {
   ///
   /// Fails  as measure; a calibration that is refused
   virtual Expected<std::optional<CalibrationAnswer>> calibrate(const CalibrationOrder& order);
+  /// The panel that has to know the holes which the control drills between its measurements; null:
+  /// none. Of a language whose control measures everything before it drills (Excellon) it is told
+  /// none.
+  virtual DrilledPanel* drilled_panel() { return nullptr; }
   /// Ends a measuring walk that found no error.
   ///
   /// Fails  as measure; an answer that the program did not ask for

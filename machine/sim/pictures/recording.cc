@@ -40,6 +40,8 @@ class RecordingSource final : public MeasurementSource, public ViewTaker {
     return procedure_.focus(request, *this);
   }
 
+  DrilledPanel* drilled_panel() override { return machine_.drilled_panel(); }
+
   Expected<TakenPicture> take(const MeasurementRequest& request, const View& view) override {
     PANELCAL_TRY(TakenPicture picture, machine_.take(request, view));
     if (request.seq < 0) return picture;  // of an autofocus: no answer to a request

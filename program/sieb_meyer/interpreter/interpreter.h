@@ -255,7 +255,6 @@ class Interpreter {
   void report(Code code, const Block& block, std::string what, std::string expected);
   /// The cutter is down, or will be for a piece that waits for the next one.
   bool is_routing() const { return is_plunged_ || piece_.has_value(); }
-  bool is_first_walk() const { return !emitter_.is_executing(); }
   bool keeps_structure() const { return options_.structure == Structure::Kept; }
 
   const Program& program_;

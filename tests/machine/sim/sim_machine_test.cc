@@ -100,6 +100,40 @@ TEST_F(SimMachineTest, WrongSpindleCameraOffsetShiftsEveryMeasurement) {
   }
 }
 
+TEST_F(SimMachineTest, TargetThatTheProgramHasDrilledIsTheHole) {
+  const MachineConfig config = this->config();
+  SimMachine machine = this->machine(config);
+  const std::vector<MeasurementRequest> all = requests(config);
+  const auto seen = [&](const MeasurementRequest& request) {
+    const auto measurement = machine.measure(request);
+    EXPECT_TRUE(measurement) << measurement.error().text();
+    EXPECT_EQ(measurement->status, MeasurementStatus::Found) << measurement->reason;
+    return measurement->measured.position;
+  };
+  const auto drill_at = [&](const MeasurementRequest& request, double dx_mm, double dy_mm) {
+    const Position<frame::Actual> place =
+        position_mm<frame::Actual>(request.nominal.in_mm() + Eigen::Vector2d(dx_mm, dy_mm));
+    machine.drill({request.nominal, place, request.work_zero});
+    return place;
+  };
+  // A mark of the panel, until the program drills there.
+  const Position<frame::Actual> mark = machine.truth().targets[0].actual;
+  EXPECT_THAT(seen(all[0]), IsNearPosition(mark, kLocated));
+  const Position<frame::Actual> hole = drill_at(all[0], 0.02, -0.01);
+  EXPECT_THAT(seen(all[0]), IsNearPosition(hole, kLocated));
+  EXPECT_THAT(machine.truth().targets[0].actual, IsNearPosition(mark, um(0)));  // as it was seen
+  // The drill follows the hole that is there.
+  drill_at(all[0], -0.1, 0.1);
+  EXPECT_THAT(seen(all[0]), IsNearPosition(hole, kLocated));
+
+  const Position<frame::Actual> next = drill_at(all[1], 0, 0.05);
+  EXPECT_THAT(machine.truth().targets[1].actual, IsNearPosition(next, um(1e-6)));
+  EXPECT_THAT(seen(all[1]), IsNearPosition(next, kLocated));
+  // Of the others none has moved.
+  EXPECT_THAT(seen(all[2]), IsNearPosition(machine.truth().targets[2].actual, kLocated));
+  EXPECT_GT((seen(all[2]).in_mm() - all[2].nominal.in_mm()).norm(), 0.2);
+}
+
 TEST_F(SimMachineTest, ColdOffsetGoesWithTheTimeThatThePicturesTake) {
   MachineConfig config = this->config("[sim.coupon]\ncold_um = [40, -20]\nwarm_up_s = 10\n");
   config.settle = seconds(5);
