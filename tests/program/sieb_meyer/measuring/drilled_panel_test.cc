@@ -10,6 +10,7 @@
 
 #include "tests/program/program_run.h"
 #include "tests/program/sieb_meyer/manual_run.h"
+#include "tests/support/matchers.h"
 
 namespace panelcal {
 namespace {
