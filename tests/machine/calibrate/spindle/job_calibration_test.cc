@@ -108,9 +108,9 @@ TEST(JobCalibration, ReplaysToTheBit) {
 }
 
 /// Panel and coupon are seen by one camera, 22 um off that of the warm machine. The job learns that
-/// as well as its covariance says: the mean error of 24 jobs is 0 to within 4 sigmas.
+/// as well as its covariance says: the mean error of 12 jobs is 0 to within 4 sigmas.
 TEST(JobCalibration, IsUnbiasedOnAColdMachine) {
-  constexpr int kTrials = 24;
+  constexpr int kTrials = 12;
   const TemporaryFolder folder;
   auto config = test::coupon_machine(folder.path(), R"([sim.coupon]
 drill_wander_um = 3
