@@ -16,10 +16,11 @@ namespace panelcal::internal {
 namespace {
 
 constexpr Code kOrderCode = Code::MeasurementFile;
-constexpr std::array<std::string_view, 11> kOrderKeys = {"calibration",
+constexpr std::array<std::string_view, 12> kOrderKeys = {"calibration",
                                                          "command",
                                                          "cov",
                                                          "file",
+                                                         "file_sha256",
                                                          "first_hole",
                                                          "lamp",
                                                          "line",
@@ -44,6 +45,9 @@ Expected<CalibrationOrder> read_order(const JsonLine& line) {
   PANELCAL_TRY(order.path, line.integers("path", 0, kMaxOrderInt, kMaxOrderPath, kOrderCode));
   if (line.has("file")) {
     PANELCAL_TRY(order.file, line.text("file", kOrderCode));
+  }
+  if (line.has("file_sha256")) {
+    PANELCAL_TRY(order.file_sha256, line.digest("file_sha256", kOrderCode));
   }
   if (line.has("first_hole")) {
     PANELCAL_TRY(const std::vector<double> xy_mm, line.numbers("first_hole", 2, kOrderCode));
@@ -95,13 +99,16 @@ bool is_same_place(const std::optional<Position<frame::Machine>>& a,
 std::optional<std::pair<std::string, std::string>> order_difference(
     const CalibrationOrder& recorded, const CalibrationOrder& asked) {
   const auto words = [](const CalibrationOrder& order) {
-    return fmt::format("{}{}{}, line {}, path [{}]",
+    return fmt::format("{}{}, line {}, path [{}]",
                        order.command,
-                       order.file.empty() ? "" : " of " + order.file,
                        order.zoom ? fmt::format(" at zoom {}", *order.zoom) : "",
                        order.line,
                        fmt::join(order.path, ","));
   };
+  if (!is_same_pattern(recorded.pattern(), asked.pattern())) {
+    return std::pair("file " + pattern_text(recorded.pattern()),
+                     "file " + pattern_text(asked.pattern()));
+  }
   if (words(recorded) != words(asked)) return std::pair(words(recorded), words(asked));
   if (is_same_place(recorded.first_hole, asked.first_hole)) return std::nullopt;
   return std::pair(place_text(recorded.first_hole), place_text(asked.first_hole));

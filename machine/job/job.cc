@@ -45,6 +45,8 @@ class ProgressTargets final : public MeasurementSource {
     return source_.calibrate(order);
   }
 
+  DrilledPanel* drilled_panel() override { return source_.drilled_panel(); }
+
   /// In the order of the requests.
   const std::vector<Measurement>& answers() const { return answers_; }
 

@@ -42,6 +42,8 @@ class VisionProcedure {
                                           PictureObserver observer = {});
 
   const PictureLocator& locator() const { return locator_; }
+  /// Height that the last autofocus found; absent: the camera's focus axis is where it was.
+  const std::optional<Length>& focus_z() const { return focus_z_; }
 
   /// Number of pictures that the answer to a request takes; absent for a search, which ends where
   /// it finds the target.

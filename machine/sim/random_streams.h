@@ -17,6 +17,7 @@ enum class RandomStream : std::uint64_t {
   Debris = 6,
   Samples = 7,
   Nights = 8,
+  Holes = 9,
 };
 
 /// The generator of one kind of thing at one measurement request, whatever was drawn before.

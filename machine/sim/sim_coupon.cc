@@ -15,6 +15,15 @@ constexpr std::uint64_t kHoleStream = 100;  ///< of the first hole
 
 }  // namespace
 
+SpindleCameraOffset internal::sim_offset_at(Time since_start,
+                                            const SpindleCameraOffset& warm,
+                                            const SimCouponOptions& options) {
+  const double left = std::exp(-since_start.in_s() / options.warm_up.in_s());
+  SpindleCameraOffset out = warm;
+  out.offset = out.offset + left * options.cold;
+  return out;
+}
+
 SimCoupon::SimCoupon(const MachineConfig& config,
                      const SimCouponOptions& options,
                      Target target,
@@ -47,10 +56,7 @@ Expected<void> SimCoupon::drill(int /*tool*/) {
 }
 
 SpindleCameraOffset SimCoupon::true_offset() const {
-  const double left = std::exp(-now().in_s() / options_.warm_up.in_s());
-  SpindleCameraOffset out = warm_offset_;
-  out.offset = out.offset + left * options_.cold;
-  return out;
+  return internal::sim_offset_at(now(), warm_offset_, options_);
 }
 
 Expected<Image> SimCoupon::take() {

@@ -24,6 +24,15 @@
 
 namespace panelcal {
 
+namespace internal {
+
+/// The true spindle-camera offset of a virtual machine that was started some time ago.
+SpindleCameraOffset sim_offset_at(Time since_start,
+                                  const SpindleCameraOffset& warm,
+                                  const SimCouponOptions& options);
+
+}  // namespace internal
+
 /// A virtual machine that drills holes and sees them: stage, spindle and camera over an empty
 /// coupon, and perhaps a mark. What the camera sees are the mark and the holes that were drilled,
 /// where they really are, through the true offset of [sim] spindle_camera_offset_mm, with the lamp
@@ -44,6 +53,9 @@ class SimCoupon final : public Stage, public CameraDevice, public Spindle {
   // A machine.toml that states lamp and focus is obeyed, also where they change nothing.
   bool can_set(CameraSetting setting) const override { return setting != CameraSetting::Zoom; }
   Expected<void> set(CameraSetting setting, double value) override;
+
+  /// See SimEye::look_through; the holes stay where they are.
+  void look_through(const MachineConfig& config) { eye_.look_through(config); }
 
   void wait(Time time) { motion_.wait(time); }
   Time now() const { return motion_.now(); }

@@ -17,6 +17,12 @@ SimEye::SimEye(const MachineConfig& config, Random noise)
       focus_(config.vision.focus.value_or(Length())) {
 }
 
+void SimEye::look_through(const MachineConfig& config) {
+  sim_ = *config.sim;
+  calibrated_ = config.camera->mapping();
+  camera_ = sim_camera(sim_, calibrated_);
+}
+
 bool SimEye::has(CameraSetting setting) const {
   return (setting == CameraSetting::Lamp && sim_.lamp) ||
          (setting == CameraSetting::Focus && sim_.focus_z);

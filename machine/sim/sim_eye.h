@@ -34,6 +34,11 @@ class SimEye {
   /// One that it does not tell of changes nothing.
   void set(CameraSetting setting, double value);
 
+  /// Looks with another camera from here on: another zoom. Lamp and focus stay as they are.
+  ///
+  /// Precondition: config has [sim] and [camera]
+  void look_through(const MachineConfig& config);
+
   /// In     axis: where the optical axis really stands
   Image picture(const Position<frame::Machine>& axis, const std::vector<SimSeenMark>& marks);
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "machine/devices/table_stage.h"
@@ -59,6 +60,43 @@ bool is_left_of(const Position<frame::Machine>& a, const Position<frame::Machine
   return std::pair(a.in_mm().x(), a.in_mm().y()) < std::pair(b.in_mm().x(), b.in_mm().y());
 }
 
+/// Targets and holes of one place come from the same arithmetic, but for the order of its sums.
+constexpr double kSamePlace_mm = 1e-6;
+
+bool is_one_place(const Position<frame::Machine>& a, const Position<frame::Machine>& b) {
+  return (a - b).in_mm().norm() <= kSamePlace_mm;
+}
+
+/// Drills the coupon, and tells to which place the spindle was sent and where the hole really is.
+class NotedDrilling final : public Stage, public Spindle {
+ public:
+  using Note = std::function<void(const Position<frame::Machine>& sent_to,
+                                  const Position<frame::Machine>& hole)>;
+
+  NotedDrilling(Stage& stage, SimCoupon& coupon, Note note)
+      : stage_(stage), coupon_(coupon), note_(std::move(note)) {}
+
+  Expected<Position<frame::Machine>> move_to(const Position<frame::Machine>& spindle) override {
+    sent_to_ = spindle;
+    return stage_.move_to(spindle);
+  }
+  bool can_set(CameraSetting setting) const override { return stage_.can_set(setting); }
+  Expected<void> set(CameraSetting setting, double value) override {
+    return stage_.set(setting, value);
+  }
+  Expected<void> drill(int tool) override {
+    PANELCAL_CHECK(coupon_.drill(tool));
+    note_(sent_to_, coupon_.holes().back());
+    return {};
+  }
+
+ private:
+  Stage& stage_;
+  SimCoupon& coupon_;
+  Note note_;
+  Position<frame::Machine> sent_to_;
+};
+
 }  // namespace
 
 SimMachine::SimMachine(const MachineConfig& config, VisionProcedure procedure)
@@ -66,7 +104,8 @@ SimMachine::SimMachine(const MachineConfig& config, VisionProcedure procedure)
       stated_focus_(config.vision.focus.value_or(Length())),
       stated_lamp_(config.vision.lamp),
       table_(config.walk.table),
-      true_offset_{config.sim->spindle_camera_offset.value_or(config.spindle_camera.offset), {}},
+      warm_offset_{config.sim->spindle_camera_offset.value_or(config.spindle_camera.offset), {}},
+      settle_(config.settle),
       job_(config),
       calibrated_camera_(config.camera->mapping()),
       camera_(internal::sim_camera(*config.sim, calibrated_camera_)),
@@ -115,6 +154,10 @@ Expected<void> SimMachine::place_marks(std::span<const MeasurementRequest> reque
     view_radius_mm_ = std::max(view_radius_mm_, view_radius_mm(camera));
   }
   for (const MeasurementRequest& request : requests) {
+    const Eigen::Vector2d& nominal_mm = request.nominal.in_mm();
+    target_places_.push_back({request.work_zero + displacement_mm<frame::Machine>(nominal_mm),
+                              request.work_zero,
+                              target_places_.size()});
     const auto offsets = procedure_.mark_offsets(request);
     for (std::size_t i = 0; i < offsets.size(); ++i) {
       const int i_tool = request.settings.tools.size() > 1 ? static_cast<int>(i) : 0;
@@ -131,6 +174,8 @@ Expected<void> SimMachine::place_marks(std::span<const MeasurementRequest> reque
       const Position<frame::Actual> actual = truth_.actual_from_nominal(request.path)(nominal);
       marks_.push_back(make_mark(
           request, target, request.work_zero + displacement_mm<frame::Machine>(actual.in_mm()), i));
+      marks_.back().programmed =
+          request.work_zero + displacement_mm<frame::Machine>(nominal.in_mm());
       largest_reach_mm_ = std::max(largest_reach_mm_, marks_.back().reach_mm);
     }
   }
@@ -138,6 +183,7 @@ Expected<void> SimMachine::place_marks(std::span<const MeasurementRequest> reque
   std::ranges::stable_sort(marks_, is_left_of, &Mark::place);
   const auto twice = std::ranges::unique(marks_, std::ranges::equal_to(), &Mark::place);
   marks_.erase(twice.begin(), twice.end());
+  std::ranges::stable_sort(target_places_, is_left_of, &TargetPlace::programmed);
   tell_holes(requests);
   return {};
 }
@@ -153,6 +199,60 @@ void SimMachine::tell_holes(std::span<const MeasurementRequest> requests) {
     const Feature& feature = mark->features.front();
     if (feature.shape != Feature::Shape::Ring) continue;
     target.hole_offset = displacement_mm<frame::Actual>(feature.hole_offset.in_mm());
+  }
+}
+
+std::vector<SimMachine::TargetPlace> SimMachine::targets_at(
+    const Position<frame::Machine>& programmed) const {
+  const auto left = programmed + displacement_mm<frame::Machine>(-kSamePlace_mm, 0);
+  std::vector<TargetPlace> targets;
+  for (auto at =
+           std::ranges::lower_bound(target_places_, left, is_left_of, &TargetPlace::programmed);
+       at != target_places_.end() && (at->programmed - programmed).in_mm().x() <= kSamePlace_mm;
+       ++at) {
+    if (is_one_place(at->programmed, programmed)) targets.push_back(*at);
+  }
+  return targets;
+}
+
+void SimMachine::drill(const DrilledHole& hole) {
+  const auto at = [&](const Eigen::Vector2d& from_zero_mm) {
+    return hole.work_zero + displacement_mm<frame::Machine>(from_zero_mm);
+  };
+  const Position<frame::Machine> programmed = at(hole.nominal.in_mm());
+  const std::vector<TargetPlace> targets = targets_at(programmed);
+  if (targets.empty()) return;
+  const auto standing = stands_at(at(hole.place.in_mm()));
+  if (!standing) return;  // off the table: the working walk refuses the hole
+  const double sigma_mm =
+      std::hypot(sim_.coupon.wander.in_mm(), sim_.coupon.stage_repeatability.in_mm());
+  Random random = random_of(
+      sim_.seed, RandomStream::Holes, static_cast<std::int64_t>(targets.front().i_target));
+  const double x_mm = sigma_mm * random.normal();
+  const double y_mm = sigma_mm * random.normal();
+  make_hole(programmed, *standing + displacement_mm<frame::Machine>(x_mm, y_mm));
+}
+
+void SimMachine::make_hole(const Position<frame::Machine>& programmed,
+                           const Position<frame::Machine>& hole) {
+  std::optional<Mark> made;
+  for (auto mark = marks_.begin(); mark != marks_.end();) {
+    if (!is_one_place(mark->programmed, programmed)) {
+      ++mark;
+      continue;
+    }
+    if (mark->is_hole) return;
+    if (!made) made = std::move(*mark);
+    mark = marks_.erase(mark);
+  }
+  if (!made) return;
+  made->place = hole;
+  made->is_hole = true;
+  marks_.insert(std::ranges::lower_bound(marks_, hole, is_left_of, &Mark::place), *std::move(made));
+  for (const TargetPlace& target : targets_at(programmed)) {
+    Truth::Target& truth = truth_.targets[target.i_target];
+    if (truth.seq <= last_seq_) continue;  // seen before it was drilled
+    truth.actual = position_mm<frame::Actual>((hole - target.work_zero).in_mm());
   }
 }
 
@@ -230,7 +330,7 @@ Expected<TakenPicture> SimMachine::picture(const MeasurementRequest& request,
   PANELCAL_TRY(const Camera camera, camera_for(request, view));
   const Position<frame::Machine> spindle = job_.offset().spindle_to_see(view.axis);
   PANELCAL_TRY(const Position<frame::Machine> standing, stands_at(spindle));
-  const Position<frame::Machine> true_axis = true_offset_.optical_axis(standing);
+  const Position<frame::Machine> true_axis = true_offset().optical_axis(standing);
 
   Scene scene = internal::sim_scene(sim_);
   const std::vector<const Mark*> marks = marks_in_view(true_axis);
@@ -262,26 +362,35 @@ Expected<TakenPicture> SimMachine::picture(const MeasurementRequest& request,
   return TakenPicture{render(scene, camera, noise), job_.offset().optical_axis(spindle), "", ""};
 }
 
+Expected<TakenPicture> SimMachine::take(const MeasurementRequest& request, const View& view) {
+  // Inspections of one view follow each other where the camera stands.
+  if (view.i_inspection == 0) now_ = now_ + settle_;
+  last_seq_ = std::max(last_seq_, request.seq);
+  return picture(request, view);
+}
+
 Expected<Measurement> SimMachine::measure(const MeasurementRequest& request) {
   PANELCAL_TRY(Measurement measurement, procedure_.measure(request, *this));
   return job_.complete(std::move(measurement));
 }
 
 Expected<SimCoupon*> SimMachine::coupon_for(const CalibrationOrder& order) {
-  const auto known = coupons_.find(order.zoom);
-  if (known != coupons_.end()) return &known->second;
   PANELCAL_TRY(MachineConfig config, job_.config_at(order));
-  config.sim->spindle_camera_offset = true_offset_.offset;
+  config.sim->spindle_camera_offset = warm_offset_.offset;
   if (order.zoom) {
     // As in camera_for: a zoom is what it is calibrated as.
     config.sim->camera.reset();
     config.sim->width_px = config.camera->picture_width_px;
     config.sim->height_px = config.camera->picture_height_px;
   }
+  if (coupon_) {
+    coupon_->look_through(config);
+    return &*coupon_;
+  }
   SimCouponOptions options = config.sim->coupon;
   if (config.coupon) options.vision_tool = config.coupon->vision_tool;
-  PANELCAL_TRY(SimCoupon coupon, SimCoupon::create(config, options));
-  return &coupons_.emplace(order.zoom, std::move(coupon)).first->second;
+  PANELCAL_TRY(coupon_, SimCoupon::create(config, options));
+  return &*coupon_;
 }
 
 Expected<std::optional<CalibrationAnswer>> SimMachine::calibrate(const CalibrationOrder& order) {
@@ -289,13 +398,26 @@ Expected<std::optional<CalibrationAnswer>> SimMachine::calibrate(const Calibrati
   PANELCAL_TRY(SimCoupon* const coupon, coupon_for(order));
   const std::optional<double> lamp = order.lamp ? order.lamp : stated_lamp_;
   if (lamp) PANELCAL_CHECK(coupon->set(CameraSetting::Lamp, *lamp));
-  // The map owns the coupon.
+  const Length focus_z = procedure_.focus_z().value_or(stated_focus_);
+  PANELCAL_CHECK(coupon->set(CameraSetting::Focus, focus_z.in_mm()));
+  coupon->wait(now_ - coupon->now());
+  // The machine owns the coupon.
   const auto exact = std::shared_ptr<Stage>(std::shared_ptr<Stage>(), coupon);
   const auto stage = measuring_stage(simulated_stage(exact, sim_.table), table_);
-  CalibrationDevices devices = coupon->devices(*stage);
+  NotedDrilling drilling(
+      *stage, *coupon, [this](const auto& sent_to, const auto& hole) { make_hole(sent_to, hole); });
+  CalibrationDevices devices{drilling,
+                             drilling,
+                             *coupon,
+                             [coupon](Time time) { coupon->wait(time); },
+                             {},
+                             {},
+                             [coupon] { return coupon->now(); }};
   devices.taken_by = taken_by_;
-  PANELCAL_TRY(CalibrationAnswer answer, job_.calibrate(order, devices));
-  return answer;
+  Expected<CalibrationAnswer> answer = job_.calibrate(order, devices);
+  now_ = coupon->now();
+  if (!answer) return failure(std::move(answer).error());
+  return *std::move(answer);
 }
 
 }  // namespace panelcal

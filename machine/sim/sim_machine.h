@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -33,11 +34,17 @@ namespace panelcal {
 /// real camera then sees there, and locates the target with the calibrated camera. The truth never
 /// enters a measurement.
 ///
+/// Panel and coupon are on one machine: one focus, one lamp and one clock, with which the offset of
+/// a cold machine ([sim.coupon] cold_um) goes over to that of the warm one.
+///
+/// A target where the program has drilled before it looks there is that hole, where the spindle
+/// really drilled it. So is one at a place where a calibration of this job has drilled the coupon.
+///
 /// On the panel lie all targets of the program, each with its vision tool's shape and size (four
 /// marks around a target of four views) and the debris of [sim], and in each view `neighbors` other
 /// marks of other sizes. All that is random is a function of the seed and of the request's seq, so
-/// the order of requests does not matter and a seed names one panel for ever.
-class SimMachine final : public MeasurementSource, public ViewTaker {
+/// the order of requests does not matter to a warm machine, and a seed names one panel for ever.
+class SimMachine final : public MeasurementSource, public ViewTaker, public DrilledPanel {
  public:
   /// Walks through the program once to learn where its targets are.
   ///
@@ -63,13 +70,18 @@ class SimMachine final : public MeasurementSource, public ViewTaker {
   /// Drills into a virtual coupon ([sim.coupon]) beside the panel, and looks at it.
   Expected<std::optional<CalibrationAnswer>> calibrate(const CalibrationOrder& order) override;
 
-  /// The camera's picture; the picture's axis is where the machine believes it to be.
+  DrilledPanel* drilled_panel() override { return this; }
+  /// Drills where the spindle really stands when it is sent to a place, with the wander and the
+  /// stage's repeatability of [sim.coupon]. Of a target that the program has there it makes the
+  /// hole; the first one stays, which a drill that comes again follows.
+  void drill(const DrilledHole& hole) override;
+
+  /// The camera's picture now; the picture's axis is where the machine believes it to be.
   ///
   /// Fails  vision-tool-undefined; what VisionProcedure reports of a request it cannot answer
   Expected<TakenPicture> picture(const MeasurementRequest& request, const View& view) const;
-  Expected<TakenPicture> take(const MeasurementRequest& request, const View& view) override {
-    return picture(request, view);
-  }
+  /// The same; waits before it as a real machine does, which may warm up meanwhile.
+  Expected<TakenPicture> take(const MeasurementRequest& request, const View& view) override;
 
   const VisionProcedure& procedure() const { return procedure_; }
   const Truth& truth() const { return truth_; }
@@ -78,9 +90,18 @@ class SimMachine final : public MeasurementSource, public ViewTaker {
   /// A target on the panel: what it and its dirt look like at the optical axis.
   struct Mark {
     Position<frame::Machine> place;
+    Position<frame::Machine> programmed;  ///< place by the program
+    bool is_hole = false;                 ///< drilled by this machine
     std::vector<Feature> features;
     std::vector<Feature> debris;
     double reach_mm = 0;
+  };
+
+  /// Place of a target by the program.
+  struct TargetPlace {
+    Position<frame::Machine> programmed;
+    Position<frame::Machine> work_zero;
+    std::size_t i_target = 0;  ///< index into Truth::targets
   };
 
   SimMachine(const MachineConfig& config, VisionProcedure procedure);
@@ -89,6 +110,9 @@ class SimMachine final : public MeasurementSource, public ViewTaker {
   Expected<void> place_marks(std::span<const MeasurementRequest> requests,
                              const std::filesystem::path& config_file);
   void tell_holes(std::span<const MeasurementRequest> requests);
+  std::vector<TargetPlace> targets_at(const Position<frame::Machine>& programmed) const;
+  /// Makes the targets that the program has at a place the hole that was drilled for it.
+  void make_hole(const Position<frame::Machine>& programmed, const Position<frame::Machine>& hole);
   Mark make_mark(const MeasurementRequest& request,
                  const Target& target,
                  const Position<frame::Machine>& place,
@@ -97,23 +121,30 @@ class SimMachine final : public MeasurementSource, public ViewTaker {
   Expected<Camera> camera_for(const MeasurementRequest& request, const View& view) const;
   /// True place of the spindle that was sent to a place, by way of the calibrated table.
   Expected<Position<frame::Machine>> stands_at(const Position<frame::Machine>& spindle) const;
+  SpindleCameraOffset true_offset() const {
+    return internal::sim_offset_at(now_, warm_offset_, sim_.coupon);
+  }
   std::vector<const Mark*> marks_in_view(const Position<frame::Machine>& true_axis) const;
 
   SimConfig sim_;
   Length stated_focus_;                           ///< [camera] focus_mm, or 0
   std::optional<double> stated_lamp_;             ///< [camera] lamp
   std::shared_ptr<const TableCorrection> table_;  ///< as calibrated; may be null
-  SpindleCameraOffset true_offset_;
+  SpindleCameraOffset warm_offset_;               ///< the true one, see true_offset()
+  Time settle_;
+  Time now_;  ///< since the machine was started; only waiting takes time
   JobCalibration job_;
   TakenBy taken_by_;
-  std::map<std::optional<double>, SimCoupon> coupons_;  ///< by zoom
+  std::optional<SimCoupon> coupon_;  ///< none until the first calibration
   CameraMapping calibrated_camera_;
   Camera camera_;
   VisionProcedure procedure_;
   Truth truth_;
-  std::vector<Mark> marks_;      ///< by x, so that a view's are found quickly
-  double view_radius_mm_ = 0;    ///< of the widest view, from its axis
-  double largest_reach_mm_ = 0;  ///< of any mark
+  std::vector<Mark> marks_;                 ///< by x, so that a view's are found quickly
+  std::vector<TargetPlace> target_places_;  ///< by x
+  std::int64_t last_seq_ = -1;              ///< of the requests that pictures were taken for
+  double view_radius_mm_ = 0;               ///< of the widest view, from its axis
+  double largest_reach_mm_ = 0;             ///< of any mark
 };
 
 }  // namespace panelcal

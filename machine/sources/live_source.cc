@@ -39,14 +39,16 @@ Expected<std::optional<CalibrationAnswer>> LiveSource::calibrate(const Calibrati
     return answer;
   }
   if (spindle_ == nullptr || !spindle_->can_drill()) return std::nullopt;
-  // With the light and the zoom that the program has set, as its targets are seen.
+  // With the light, the zoom and the focus that the program has set, as its targets are seen.
   MeasurementRequest request;
   request.seq = -1;
   request.line = order.line;
   request.command = order.command;
   request.settings.lamp = order.lamp;
   request.settings.zoom = order.zoom;
-  PANELCAL_CHECK(views_->prepare(request, {}));
+  View view;
+  view.focus_z = procedure_.focus_z();
+  PANELCAL_CHECK(views_->prepare(request, view));
   Expected<CalibrationAnswer> answer = job_.calibrate(order,
                                                       {views_->stage(),
                                                        *spindle_,

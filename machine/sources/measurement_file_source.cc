@@ -20,13 +20,13 @@ namespace {
 using internal::JsonLine;
 
 constexpr Code kMeasurementCode = Code::MeasurementFile;
-constexpr std::array<std::string_view, 29> kMeasurementKeys = {
-    "algorithm", "axes",        "by_camera",   "candidates",    "candidates_by_camera",
-    "command",   "cov",         "delta",       "expected",      "file",
-    "image",     "inspections", "lamp",        "line",          "listed_area",
-    "measured",  "nominal",     "path",        "reason",        "scatter",
-    "score",     "search",      "search_area", "search_radius", "seq",
-    "status",    "tool",        "tools",       "zoom"};
+constexpr std::array<std::string_view, 30> kMeasurementKeys = {
+    "algorithm",   "axes",     "by_camera",   "candidates",  "candidates_by_camera",
+    "command",     "cov",      "delta",       "expected",    "file",
+    "file_sha256", "image",    "inspections", "lamp",        "line",
+    "listed_area", "measured", "nominal",     "path",        "reason",
+    "scatter",     "score",    "search",      "search_area", "search_radius",
+    "seq",         "status",   "tool",        "tools",       "zoom"};
 
 constexpr int kMaxMeasurementInt = std::numeric_limits<int>::max();
 constexpr std::int64_t kMaxMeasurementSeq = std::numeric_limits<std::int64_t>::max();
@@ -105,6 +105,9 @@ Expected<MeasurementRequest> read_measurement_request(const JsonLine& line) {
   request.line = static_cast<int>(program_line);
   if (line.has("file")) {
     PANELCAL_TRY(request.file, line.text("file", kMeasurementCode));
+  }
+  if (line.has("file_sha256")) {
+    PANELCAL_TRY(request.file_sha256, line.digest("file_sha256", kMeasurementCode));
   }
   PANELCAL_TRY(request.command, line.text("command", kMeasurementCode));
   PANELCAL_CHECK(read_settings(line, request.settings));
@@ -278,8 +281,8 @@ std::optional<MeasurementDifference> measurement_difference(const MeasurementReq
   if (recorded.command != requested.command) {
     return differs("command", quoted(recorded.command), quoted(requested.command));
   }
-  if (recorded.file != requested.file) {
-    return differs("file", quoted(recorded.file), quoted(requested.file));
+  if (!is_same_pattern(recorded.pattern(), requested.pattern())) {
+    return differs("file", pattern_text(recorded.pattern()), pattern_text(requested.pattern()));
   }
   if (recorded.line != requested.line) return differs("line", recorded.line, requested.line);
   if (tool_of(recorded) != tool_of(requested)) {

@@ -58,6 +58,9 @@ Expected<ProbeRequest> read_probe_request(const JsonLine& line) {
   if (line.has("file")) {
     PANELCAL_TRY(request.file, line.text("file", kProbeCode));
   }
+  if (line.has("file_sha256")) {
+    PANELCAL_TRY(request.file_sha256, line.digest("file_sha256", kProbeCode));
+  }
   PANELCAL_TRY(request.command, line.text("command", kProbeCode));
   PANELCAL_TRY(request.tool, read_int(line, "tool"));
   PANELCAL_TRY(const Eigen::Vector2d nominal_mm, read_probed_point(line, "nominal"));
@@ -202,8 +205,8 @@ std::optional<ProbeDifference> probe_difference(const ProbeRequest& recorded,
   if (recorded.command != requested.command) {
     return differs("command", quoted(recorded.command), quoted(requested.command));
   }
-  if (recorded.file != requested.file) {
-    return differs("file", quoted(recorded.file), quoted(requested.file));
+  if (!is_same_pattern(recorded.pattern(), requested.pattern())) {
+    return differs("file", pattern_text(recorded.pattern()), pattern_text(requested.pattern()));
   }
   if (recorded.line != requested.line) return differs("line", recorded.line, requested.line);
   if (recorded.tool != requested.tool) return differs("tool", recorded.tool, requested.tool);

@@ -15,10 +15,7 @@ void append_order(std::string& out, const CalibrationOrder& order) {
   fmt::format_to(to, "{{\"calibration\":{},\"line\":{},\"command\":", order.number, order.line);
   append_json_string(out, order.command);
   fmt::format_to(to, ",\"path\":[{}]", fmt::join(order.path, ","));
-  if (!order.file.empty()) {
-    out += ",\"file\":";
-    append_json_string(out, order.file);
-  }
+  append_pattern(out, order.pattern());
   if (order.first_hole) {
     const Eigen::Vector2d& first_mm = order.first_hole->in_mm();
     fmt::format_to(to, ",\"first_hole\":[{},{}]", first_mm.x(), first_mm.y());

@@ -10,6 +10,7 @@
 #include "calib/base/machine_uncertainty.h"
 #include "calib/correction/spindle_camera.h"
 #include "calib/correction/spindle_offsets.h"
+#include "program/model/pattern_file.h"
 #include "program/model/placement.h"
 #include <Eigen/Core>
 
@@ -28,8 +29,9 @@ struct OffsetCorrection {
 struct CalibrationOrder {
   std::int64_t number = 0;  ///< from 0, in the order of execution
   int line = 0;
-  std::string file;     ///< of a stored pattern or subprogram; empty: the program itself
-  std::string command;  ///< G39, $uvis,calib, or G39,SPOP and its kin
+  std::string file;         ///< of a stored pattern or subprogram; empty: the program itself
+  std::string file_sha256;  ///< of that file's bytes; empty: not known
+  std::string command;      ///< G39, $uvis,calib, or G39,SPOP and its kin
   InstancePath path;
   /// G39X#Y#: where the first of the coupon's holes is drilled. Absent: the coupon's next free rows
   /// are.
@@ -38,6 +40,8 @@ struct CalibrationOrder {
   std::optional<OffsetCorrection> correction;
   std::optional<double> lamp;  ///< $uvis,lamp, as written
   std::optional<double> zoom;  ///< $uvis,zoom, as written
+
+  PatternFile pattern() const { return {file, file_sha256}; }
 };
 
 /// The answer to an order. It counts for this job: nothing is installed.

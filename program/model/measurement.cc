@@ -101,10 +101,7 @@ void append_request(std::string& out, const MeasurementRequest& request) {
                  expected_mm.x(),
                  expected_mm.y(),
                  fmt::join(request.path, ","));
-  if (!request.file.empty()) {
-    out += ",\"file\":";
-    append_json_string(out, request.file);
-  }
+  append_pattern(out, request.pattern());
   if (request.axes != ObservedAxes::Both) {
     out += request.axes == ObservedAxes::X ? ",\"axes\":\"x\"" : ",\"axes\":\"y\"";
   }

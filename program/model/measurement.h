@@ -15,6 +15,7 @@
 #include "calib/base/units.h"
 #include "calib/panel/fit.h"
 #include "program/model/calibration_order.h"
+#include "program/model/pattern_file.h"
 #include "program/model/placement.h"
 
 namespace panelcal {
@@ -35,8 +36,9 @@ struct VisionSettings {
 struct MeasurementRequest {
   std::int64_t seq = 0;  ///< from 0, in the order of execution
   int line = 0;
-  std::string file;     ///< of a stored pattern (M99); empty: the program itself
-  std::string command;  ///< G35, G36, G38, G45, G46 or G48
+  std::string file;         ///< of a stored pattern (M99); empty: the program itself
+  std::string file_sha256;  ///< of that file's bytes; empty: not known
+  std::string command;      ///< G35, G36, G38, G45, G46 or G48
   VisionSettings settings;
   Position<frame::Nominal> nominal;
   Position<frame::Actual> expected;  ///< place to look at, relative to work zero
@@ -45,6 +47,7 @@ struct MeasurementRequest {
   /// The coordinates that count: both, but of slots (SIEB & MEYER, measurement mode 5).
   ObservedAxes axes = ObservedAxes::Both;
 
+  PatternFile pattern() const { return {file, file_sha256}; }
   /// Place of the optical axis to see the expected place in the middle.
   Position<frame::Machine> expected_in_machine() const {
     return work_zero + displacement_mm<frame::Machine>(expected.in_mm());
@@ -112,6 +115,20 @@ struct FocusResult {
 /// unmeasured.
 using RequestForecast = std::function<std::vector<MeasurementRequest>()>;
 
+/// A hole that the spindle drills while a program is measured.
+struct DrilledHole {
+  Position<frame::Nominal> nominal;
+  Position<frame::Actual> place;  ///< by the corrections in force, relative to work zero
+  Position<frame::Machine> work_zero;
+};
+
+/// A panel that the spindle drills into: the virtual machine's.
+class DrilledPanel {
+ public:
+  virtual ~DrilledPanel() = default;
+  virtual void drill(const DrilledHole& hole) = 0;
+};
+
 /// A source of true places of targets: camera, picture folder, recorded file, simulation.
 class MeasurementSource {
  public:
@@ -131,6 +148,10 @@ class MeasurementSource {
   ///
   /// Fails  as measure; a calibration that is refused
   virtual Expected<std::optional<CalibrationAnswer>> calibrate(const CalibrationOrder& order);
+  /// The panel that has to know the holes which the control drills between its measurements; null:
+  /// none. Of a language whose control measures everything before it drills (Excellon) it is told
+  /// none.
+  virtual DrilledPanel* drilled_panel() { return nullptr; }
   /// Ends a measuring walk that found no error.
   ///
   /// Fails  as measure; an answer that the program did not ask for

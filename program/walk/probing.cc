@@ -28,10 +28,7 @@ std::string open_object(const ProbeRequest& request) {
                  expected_mm.x(),
                  expected_mm.y(),
                  fmt::join(request.path, ","));
-  if (!request.file.empty()) {
-    out += ",\"file\":";
-    append_json_string(out, request.file);
-  }
+  append_pattern(out, request.pattern());
   if (request.memory) fmt::format_to(to, ",\"L\":{}", *request.memory);
   if (request.depth) fmt::format_to(to, ",\"depth\":{}", request.depth->in_mm());
   fmt::format_to(to, ",\"reference\":{}", request.reference.in_mm());

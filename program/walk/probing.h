@@ -11,6 +11,7 @@
 #include "calib/base/expected.h"
 #include "calib/base/frames.h"
 #include "calib/base/units.h"
+#include "program/model/pattern_file.h"
 #include "program/model/placement.h"
 #include "surface/control/reference_plane.h"
 
@@ -20,8 +21,9 @@ namespace panelcal {
 struct ProbeRequest {
   std::int64_t seq = 0;  ///< from 0, in the order of execution; `probe` in files
   int line = 0;
-  std::string file;     ///< of a subprogram or pattern; empty: the program itself
-  std::string command;  ///< G73, G78 or G79
+  std::string file;         ///< of a subprogram or pattern; empty: the program itself
+  std::string file_sha256;  ///< of that file's bytes; empty: not known
+  std::string command;      ///< G73, G78 or G79
   Position<frame::Nominal> nominal;
   Position<frame::Actual> expected;  ///< place to probe, relative to work zero
   Position<frame::Machine> work_zero;
@@ -31,6 +33,7 @@ struct ProbeRequest {
   std::optional<Length> depth;  ///< K of G83, a depth stroke; absent: a through-hole stroke
   Length reference;             ///< the height above Z0 where the surface is expected
 
+  PatternFile pattern() const { return {file, file_sha256}; }
   Position<frame::Machine> expected_in_machine() const {
     return work_zero + displacement_mm<frame::Machine>(expected.in_mm());
   }

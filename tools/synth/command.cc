@@ -16,7 +16,7 @@ Expected<Recording> synthesize(const SynthOptions& options,
                                const Program& program,
                                DiagnosticLog& log) {
   if (options.seed && config.sim) config.sim->seed = *options.seed;
-  PANELCAL_TRY(const SimMachine machine, SimMachine::create(config, program));
+  PANELCAL_TRY(SimMachine machine, SimMachine::create(config, program));
   return record_pictures(program, config, machine, options.output, log);
 }
 

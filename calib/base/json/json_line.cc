@@ -295,6 +295,14 @@ Expected<std::string> JsonLine::text(std::string_view key, Code code) const {
   return failure(problem(key, code, "a text in double quotes"));
 }
 
+Expected<std::string> JsonLine::digest(std::string_view key, Code code) const {
+  constexpr std::size_t kDigits = 64;
+  PANELCAL_TRY(std::string digits, text(key, code));
+  const bool is_hexadecimal = digits.find_first_not_of("0123456789abcdef") == std::string::npos;
+  if (digits.size() == kDigits && is_hexadecimal) return digits;
+  return failure(problem(key, code, "64 digits, 0 to 9 and a to f"));
+}
+
 Expected<bool> JsonLine::truth_value(std::string_view key, Code code) const {
   PANELCAL_TRY(const JsonMember* found, member(key, code));
   if (const auto* value = std::get_if<bool>(&found->value)) return *value;

@@ -58,6 +58,8 @@ class JsonLine {
                                  std::int64_t high,
                                  Code code) const;
   Expected<std::string> text(std::string_view key, Code code) const;
+  /// A SHA-256 as sha256() writes it.
+  Expected<std::string> digest(std::string_view key, Code code) const;
   Expected<bool> truth_value(std::string_view key, Code code) const;
   /// Exactly n numbers.
   Expected<std::vector<double>> numbers(std::string_view key, std::size_t n, Code code) const;

@@ -28,7 +28,7 @@ std::string picture_name(const MeasurementRequest& request, const View& view) {
 class RecordingSource final : public MeasurementSource, public ViewTaker {
  public:
   RecordingSource(const MachineConfig& config,
-                  const SimMachine& machine,
+                  SimMachine& machine,
                   const std::filesystem::path& folder)
       : config_(config), machine_(machine), procedure_(machine.procedure()), folder_(folder) {}
 
@@ -40,8 +40,10 @@ class RecordingSource final : public MeasurementSource, public ViewTaker {
     return procedure_.focus(request, *this);
   }
 
+  DrilledPanel* drilled_panel() override { return machine_.drilled_panel(); }
+
   Expected<TakenPicture> take(const MeasurementRequest& request, const View& view) override {
-    PANELCAL_TRY(TakenPicture picture, machine_.picture(request, view));
+    PANELCAL_TRY(TakenPicture picture, machine_.take(request, view));
     if (request.seq < 0) return picture;  // of an autofocus: no answer to a request
     picture.name = picture_name(request, view);
     PANELCAL_CHECK(write_png(folder_ / picture.name, picture.image));
@@ -62,7 +64,7 @@ class RecordingSource final : public MeasurementSource, public ViewTaker {
 
  private:
   const MachineConfig& config_;
-  const SimMachine& machine_;
+  SimMachine& machine_;
   VisionProcedure procedure_;
   const std::filesystem::path& folder_;
   std::vector<PictureRow> rows_;
@@ -72,7 +74,7 @@ class RecordingSource final : public MeasurementSource, public ViewTaker {
 
 Expected<Recording> record_pictures(const Program& program,
                                     const MachineConfig& config,
-                                    const SimMachine& machine,
+                                    SimMachine& machine,
                                     const std::filesystem::path& folder,
                                     DiagnosticLog& log) {
   PANELCAL_CHECK(internal::prepare_synth_folder(folder));

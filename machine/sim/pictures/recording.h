@@ -36,7 +36,7 @@ struct Recording {
 /// Fails  device-write; usage (the folder holds pictures that no recording wrote)
 Expected<Recording> record_pictures(const Program& program,
                                     const MachineConfig& config,
-                                    const SimMachine& machine,
+                                    SimMachine& machine,
                                     const std::filesystem::path& folder,
                                     DiagnosticLog& log);
 

@@ -221,6 +221,7 @@ void Interpreter::measure(const Block& block, Command command) {
   const TargetPlace target{command,
                            block.line,
                            std::string(place_.file),
+                           pattern_sha256(),
                            place_.path,
                            place_.placement(position_mm<frame::Programmed>(modal_.at_mm)),
                            place_.placement,
@@ -312,6 +313,7 @@ void Interpreter::autocalibration(const Block& block) {
   CalibrationOrder order;
   order.line = block.line;
   order.file = place_.file;
+  order.file_sha256 = pattern_sha256();
   order.command = "G39";
   order.path = place_.path;
   if (!words.xy_mm[0] && !words.xy_mm[1]) {

@@ -135,6 +135,7 @@ void Interpreter::run_line(const SourceLine& line) {
                              format_,
                              {.line = line.number,
                               .file = std::string(place_.file),
+                              .file_sha256 = pattern_sha256(),
                               .path = place_.path,
                               .nominal = {},
                               .placement = {},

@@ -111,6 +111,7 @@ void VisionSession::keyboard_order(const SourceLine& line,
   CalibrationOrder order;
   order.line = line.number;
   order.file = place.file;
+  order.file_sha256 = place.file_sha256;
   order.command = "$uvis,calib";
   order.path = place.path;
   calibrate(std::move(order), column, line.text);

@@ -67,6 +67,7 @@ std::optional<std::size_t> VisionSession::measure(const TargetPlace& target,
   MeasurementRequest request;
   request.line = target.line;
   request.file = target.file;
+  request.file_sha256 = target.file_sha256;
   request.command = code_text(target.command);
   request.settings = settings_;
   request.nominal = target.nominal;

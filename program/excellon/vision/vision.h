@@ -23,6 +23,7 @@ struct TargetPlace {
   Command command = Command::BaseSeries;
   int line = 0;
   std::string file;  ///< of a stored pattern; empty: the program itself
+  std::string file_sha256;
   InstancePath path;
   Position<frame::Nominal> nominal;
   Placement placement;

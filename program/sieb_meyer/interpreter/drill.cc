@@ -55,7 +55,7 @@ bool Interpreter::is_forbidden(int line, const Eigen::Vector2d& at_mm) {
 /// Each hole is one operation, also one that is left out.
 void Interpreter::drill_all(int line, const HoleSequence& holes) {
   if (!emitter_.has_room_for(holes.size(), line)) return;
-  if (holes.size() > 0 && !emitter_.is_executing() && areas_.empty() && !uses_grid()) {
+  if (holes.size() > 0 && !emitter_.needs_places() && areas_.empty() && !uses_grid()) {
     drill(line, holes[0]);
     emitter_.count_operations(holes.size() - 1, line);
     return;

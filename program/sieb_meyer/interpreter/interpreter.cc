@@ -50,6 +50,7 @@ Interpreter::Interpreter(const Program& program,
   place_.work_zero =
       options.absolute_zero + displacement_mm<frame::Machine>(options.work_zero.in_mm());
   place(frame_);
+  if (ends.measurements != nullptr) emitter_.drill_into(ends.measurements->drilled_panel());
 }
 
 void Interpreter::run() {
@@ -163,7 +164,7 @@ bool Interpreter::run_plain_lines(std::size_t end) {
     n_blocks_ += n_unseen;
     return n_unseen;
   };
-  const bool only_counts = is_simple && !emitter_.is_executing();
+  const bool only_counts = is_simple && !emitter_.needs_places();
   const bool has_any = only_counts ? plain_.read_lines(cursor_, end, take, skip)
                                    : plain_.read_lines(cursor_, end, take);
   if (has_any) {

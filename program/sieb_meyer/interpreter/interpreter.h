@@ -25,6 +25,7 @@
 #include "program/walk/execution/emitter.h"
 #include "program/walk/execution/hole_sequence.h"
 #include "program/walk/options.h"
+#include "program/walk/pattern_digests.h"
 #include "program/walk/program.h"
 #include "program/walk/reporter.h"
 #include "program/walk/survey.h"
@@ -222,7 +223,7 @@ class Interpreter {
   bool may_take_surface_order(const Block& block, const Order& order, bool probes);
   void surface_order(const Block& block, const Order& order);
   void take_surface(const Block& block, const Order& order);
-  ProbeRequest probe_request(const Block& block, const Order& order) const;
+  ProbeRequest probe_request(const Block& block, const Order& order);
 
   // events.cc
   void take_tool(const Block& block, const Order& order);
@@ -250,12 +251,11 @@ class Interpreter {
   void keep_optical_order(const Block& block, Command command);
   void refuse_kept(const Block& block);
   void camera_text(const Block& block, Command command);
-  TargetPlace target_place(const Block& block, Command command) const;
+  TargetPlace target_place(const Block& block, Command command);
 
   void report(Code code, const Block& block, std::string what, std::string expected);
   /// The cutter is down, or will be for a piece that waits for the next one.
   bool is_routing() const { return is_plunged_ || piece_.has_value(); }
-  bool is_first_walk() const { return !emitter_.is_executing(); }
   bool keeps_structure() const { return options_.structure == Structure::Kept; }
 
   const Program& program_;
@@ -268,6 +268,7 @@ class Interpreter {
   Measuring measuring_;
   WalkPlace place_;
   Emitter emitter_;
+  PatternDigests digests_;
   OpticalSession optical_;
   Settings settings_;
   SurfaceSession surface_;

@@ -6,12 +6,13 @@
 
 namespace panelcal::sieb_meyer {
 
-TargetPlace Interpreter::target_place(const Block& block, Command command) const {
+TargetPlace Interpreter::target_place(const Block& block, Command command) {
   std::vector<std::int64_t> copies;
   for (const auto& [n, i] : steps_) copies.push_back(n);
   return {command,
           block.line,
           std::string(place_.file),
+          digests_.of(place_.file, text_.bytes),
           place_.path,
           place_.placement(position_mm<frame::Programmed>(modal_.at_mm)),
           place_.placement,

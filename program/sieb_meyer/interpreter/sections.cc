@@ -106,7 +106,7 @@ void Interpreter::run_copies(int i_section) {
   // The second copy begins with the tool and the planes that the first one ended with, as all
   // others do; so they are only counted.
   constexpr std::int64_t kWalked = 2;
-  const bool counts_copies = is_first_walk() && !section.has.measurements &&
+  const bool counts_copies = !emitter_.needs_places() && !section.has.measurements &&
                              !section.has.own_copies && !keeps_structure() && areas_.empty() &&
                              !surface_.has_grid();
   std::int64_t i_copy = 0;

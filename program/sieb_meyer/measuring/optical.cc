@@ -34,6 +34,7 @@ std::optional<std::size_t> OpticalSession::look(const TargetPlace& target,
   MeasurementRequest request;
   request.line = target.line;
   request.file = target.file;
+  request.file_sha256 = target.file_sha256;
   request.command = code_text(target.command);
   request.settings.tools = {tool_};
   request.settings.inspections = options_.inspections;

@@ -19,6 +19,7 @@ struct TargetPlace {
   Command command = Command::Measure;
   int line = 0;
   std::string file;  ///< of a subprogram; empty: the program itself
+  std::string file_sha256;
   InstancePath path;
   Position<frame::Nominal> nominal;
   Placement placement;

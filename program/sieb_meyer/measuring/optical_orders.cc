@@ -192,6 +192,7 @@ bool OpticalSession::move_offset(const Block& block,
   CalibrationOrder calibration;
   calibration.line = block.line;
   calibration.file = place.file;
+  calibration.file_sha256 = place.file_sha256;
   calibration.command = "G39," + std::string(block.argument);
   calibration.path = place.path;
   calibration.correction = *last_deviation_;

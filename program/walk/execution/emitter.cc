@@ -307,13 +307,21 @@ void Emitter::drill_now(int line, const Eigen::Vector2d& at_mm) {
   sink_->put(hole_);
 }
 
+void Emitter::drill_panel(const Eigen::Vector2d& at_mm) const {
+  const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
+  const bool is_scaled = place_.is_scaled && options_.scaling.has_value();
+  const auto place = corrections_.stack.actual_of(is_scaled ? scaling_(nominal) : nominal);
+  panel_->drill({nominal, place, place_.work_zero});
+}
+
 void Emitter::drill_at_target(int line,
                               const Eigen::Vector2d& at_mm,
                               const TargetHolePlace& target) {
-  if (!passes(line)) return;
+  if (!count_operations(1, line) || !needs_places()) return;
+  const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
+  if (sink_ == nullptr) return panel_->drill({nominal, target.place.position, place_.work_zero});
   hit(line, 1);
   note_origin(at_mm, nullptr);
-  const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
   origin_.i_measurement = target.i_measurement;
   Drill drill{place_of(line, nominal, target.place), tool_, cut_at(line, nominal)};
   if (tolerance_) risks_.judge_at_target(*tolerance_, drill);

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "program/geometry/arcs.h"
+#include "program/model/measurement.h"
 #include "program/model/tool_links.h"
 #include "program/walk/execution/depth_follower.h"
 #include "program/walk/execution/risk_judge.h"
@@ -40,6 +41,10 @@ class Emitter {
           OperationSink* sink);
 
   bool is_executing() const { return sink_ != nullptr; }
+  /// Tells a panel of holes, where nothing is executed; may be null, and outlives this.
+  void drill_into(DrilledPanel* panel) { panel_ = panel; }
+  /// Places of holes matter, and not their number alone.
+  bool needs_places() const { return sink_ != nullptr || panel_ != nullptr; }
   /// Only counts from here on.
   void stop_executing() { sink_ = nullptr; }
   /// More was asked for than the limits allow; that was reported.
@@ -56,7 +61,7 @@ class Emitter {
     return true;
   }
   /// Counts holes of which nothing but their number matters, as far as the limit allows, and gives
-  /// how many. Precondition: !is_executing()
+  /// how many. Precondition: !needs_places()
   std::int64_t count_unseen(std::int64_t n) {
     n = std::min(n, options_.max_operations - n_operations_);
     n_operations_ += n;
@@ -100,7 +105,12 @@ class Emitter {
   bool follows_map() const { return depths_.follows_map(cut_); }
 
   void drill(int line, const Eigen::Vector2d& at_mm) {
-    if (count_operations(1, line) && sink_ != nullptr) drill_now(line, at_mm);
+    if (!count_operations(1, line) || !needs_places()) return;
+    if (sink_ != nullptr) {
+      drill_now(line, at_mm);
+    } else {
+      drill_panel(at_mm);
+    }
   }
   void drill_at_target(int line, const Eigen::Vector2d& at_mm, const TargetHolePlace& target);
   /// `n_hits` holes stand for a slot that is passed on whole.
@@ -144,6 +154,7 @@ class Emitter {
   bool refuse_operations(int line);
   bool passes(int line) { return count_operations(1, line) && sink_ != nullptr; }
   void drill_now(int line, const Eigen::Vector2d& at_mm);
+  [[gnu::noinline]] void drill_panel(const Eigen::Vector2d& at_mm) const;
   void hit(int line, std::int64_t n) {
     if (n > hits_left_) n = use_up(line, n);
     hits_left_ -= n;
@@ -206,6 +217,7 @@ class Emitter {
   const CorrectionState& corrections_;
   const Reporter& reporter_;
   OperationSink* sink_;
+  DrilledPanel* panel_ = nullptr;
   Transform<frame::Nominal, frame::Nominal> scaling_;
 
   int tool_ = 0;

@@ -8,11 +8,12 @@
 namespace panelcal::internal {
 
 /// All keys of a line (docs/formats/probes.md).
-inline constexpr std::array<std::string_view, 16> kProbeKeys = {"L",
+inline constexpr std::array<std::string_view, 17> kProbeKeys = {"L",
                                                                 "command",
                                                                 "depth",
                                                                 "expected",
                                                                 "file",
+                                                                "file_sha256",
                                                                 "height",
                                                                 "line",
                                                                 "nominal",

@@ -163,6 +163,33 @@ TEST(Correct, ChecksCopiesByCountingBeforeItExecutesThem) {
   EXPECT_EQ(result->tally.n_holes(), 2);
 }
 
+/// A panel that the job drills into while it is measured.
+class DrilledSource final : public MeasurementSource, public DrilledPanel {
+ public:
+  Expected<Measurement> measure(const MeasurementRequest& request) override {
+    return panel_.measure(request);
+  }
+  DrilledPanel* drilled_panel() override { return this; }
+  void drill(const DrilledHole& hole) override { places.push_back(hole.place); }
+
+  std::vector<Position<frame::Actual>> places;
+
+ private:
+  NominalSource panel_;
+};
+
+TEST(Correct, TellsThePanelOfHolesThatAreDrilledBeforeItIsMeasured) {
+  const Job job = job_of("%%5000\nX1.Y2.T1\nX1.Y2.G32\nG31\nX3.Y4.T1\nG30\n$\nT1D1.F3.\n$\n");
+  DrilledSource source;
+  Holes holes;
+  const auto result = correct(job, source, machine_of(""), {.operations = &holes});
+  ASSERT_TRUE(result) << result.error().text();
+  EXPECT_EQ(holes.places.size(), 2U);
+  // Behind its last target the program asks for nothing.
+  ASSERT_FALSE(source.places.empty());
+  EXPECT_THAT(source.places[0], IsNearPosition(position_mm<frame::Actual>(1, 2), kRounding));
+}
+
 TEST(Correct, RefusesAnOffsetOutsideItsGate) {
   Job job = job_of(kOneTarget);
   job.format = OutputFormat::Jsonl;

@@ -2,6 +2,7 @@
 #include "machine/sim/sim_machine.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -96,6 +97,58 @@ TEST_F(SimMachineTest, WrongSpindleCameraOffsetShiftsEveryMeasurement) {
     ASSERT_TRUE(measurement) << measurement.error().text();
     const Truth::Target& truth = machine.truth().targets[static_cast<std::size_t>(request.seq)];
     EXPECT_THAT(measurement->measured.position, IsNearPosition(truth.actual + error, kLocated));
+  }
+}
+
+TEST_F(SimMachineTest, TargetThatTheProgramHasDrilledIsTheHole) {
+  const MachineConfig config = this->config();
+  SimMachine machine = this->machine(config);
+  const std::vector<MeasurementRequest> all = requests(config);
+  const auto seen = [&](const MeasurementRequest& request) {
+    const auto measurement = machine.measure(request);
+    EXPECT_TRUE(measurement) << measurement.error().text();
+    EXPECT_EQ(measurement->status, MeasurementStatus::Found) << measurement->reason;
+    return measurement->measured.position;
+  };
+  const auto drill_at = [&](const MeasurementRequest& request, double dx_mm, double dy_mm) {
+    const Position<frame::Actual> place =
+        position_mm<frame::Actual>(request.nominal.in_mm() + Eigen::Vector2d(dx_mm, dy_mm));
+    machine.drill({request.nominal, place, request.work_zero});
+    return place;
+  };
+  // A mark of the panel, until the program drills there.
+  const Position<frame::Actual> mark = machine.truth().targets[0].actual;
+  EXPECT_THAT(seen(all[0]), IsNearPosition(mark, kLocated));
+  const Position<frame::Actual> hole = drill_at(all[0], 0.02, -0.01);
+  EXPECT_THAT(seen(all[0]), IsNearPosition(hole, kLocated));
+  EXPECT_THAT(machine.truth().targets[0].actual, IsNearPosition(mark, um(0)));  // as it was seen
+  // The drill follows the hole that is there.
+  drill_at(all[0], -0.1, 0.1);
+  EXPECT_THAT(seen(all[0]), IsNearPosition(hole, kLocated));
+
+  const Position<frame::Actual> next = drill_at(all[1], 0, 0.05);
+  EXPECT_THAT(machine.truth().targets[1].actual, IsNearPosition(next, um(1e-6)));
+  EXPECT_THAT(seen(all[1]), IsNearPosition(next, kLocated));
+  // Of the others none has moved.
+  EXPECT_THAT(seen(all[2]), IsNearPosition(machine.truth().targets[2].actual, kLocated));
+  EXPECT_GT((seen(all[2]).in_mm() - all[2].nominal.in_mm()).norm(), 0.2);
+}
+
+TEST_F(SimMachineTest, ColdOffsetGoesWithTheTimeThatThePicturesTake) {
+  MachineConfig config = this->config("[sim.coupon]\ncold_um = [40, -20]\nwarm_up_s = 10\n");
+  config.settle = seconds(5);
+  SimMachine machine = this->machine(config);
+  const MeasurementRequest request = requests(config).front();
+  // The camera looks 40 um farther right than believed when the machine is started, and everything
+  // seems so much farther left.
+  for (const double time_s : {5.0, 10.0, 15.0}) {
+    const auto measurement = machine.measure(request);
+    ASSERT_TRUE(measurement) << measurement.error().text();
+    const double left = std::exp(-time_s / 10);
+    EXPECT_THAT(measurement->measured.position,
+                IsNearPosition(machine.truth().targets.front().actual +
+                                   displacement_mm<frame::Actual>(-0.04 * left, 0.02 * left),
+                               kLocated));
   }
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "calib/base/files/digest.h"
 #include "calib/base/statistics/random.h"
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -286,6 +287,50 @@ TEST(MeasurementFileSource, RefusesAnotherProgramsMeasurements) {
               Reports("m.jsonl:2:1: error[measurement-mismatch]", "[0,2]", "[0,1]"));
   EXPECT_THAT(refusal_of(with("[1.5,2]", "[1.5,2.001]")),
               Reports("m.jsonl:2:1: error[measurement-mismatch]", "2.001", "1.5"));
+}
+
+/// The request of kFound in a stored pattern, as the program in this folder asks it.
+MeasurementRequest in_pattern(const std::string& path, const std::string& content) {
+  MeasurementRequest request = request_of(kFound);
+  request.file = path;
+  request.file_sha256 = sha256(content);
+  return request;
+}
+
+TEST(MeasurementFileSource, ReplaysAStoredPatternFromAnotherFolder) {
+  Measurement written = parse_measurements(kFound, "m.jsonl")->measurements[0].measurement;
+  written.request = in_pattern("job/PINS", "G46X1.5Y2.0\n");
+  const std::string recorded = to_json(written);
+  const auto answer = [](const std::string& text, const MeasurementRequest& request) {
+    MeasurementFileSource source(*parse_measurements(text, "m.jsonl"));
+    const auto measurement = source.measure(request);
+    return measurement ? "accepted" : measurement.error().text();
+  };
+  EXPECT_EQ(answer(recorded, in_pattern("PINS", "G46X1.5Y2.0\n")), "accepted");
+  EXPECT_EQ(answer(recorded, in_pattern("/else/PINS.exc", "G46X1.5Y2.0\n")), "accepted");
+  EXPECT_THAT(answer(recorded, in_pattern("job/PINS", "G46X1.5Y2.1\n")),
+              Reports("m.jsonl:1:1: error[measurement-mismatch]",
+                      "file \"PINS\", sha256 " + sha256("G46X1.5Y2.0\n").substr(0, 12),
+                      "file \"job/PINS\", sha256 " + sha256("G46X1.5Y2.1\n").substr(0, 12)));
+  EXPECT_THAT(answer(recorded, request_of(kFound)),
+              Reports("m.jsonl:1:1: error[measurement-mismatch]", "file \"PINS\"", "file \"\""));
+  // A recording from before, and those of other vision systems, has the name alone.
+  const std::string named = with("\"line\":7", "\"line\":7,\"file\":\"job/PINS\"");
+  EXPECT_EQ(answer(named, in_pattern("PINS", "G46X1.5Y2.0\n")), "accepted");
+  EXPECT_THAT(answer(named, in_pattern("HOLES", "G46X1.5Y2.0\n")),
+              Reports("m.jsonl:1:1: error[measurement-mismatch]", "job/PINS", "HOLES"));
+}
+
+TEST(MeasurementFile, RefusesADigestThatIsNone) {
+  const auto refused = [](const std::string& digest) {
+    return refusal(
+        with("\"line\":7", "\"file\":\"PINS\",\"file_sha256\":" + digest + ",\"line\":7"));
+  };
+  EXPECT_EQ(refused("\"" + sha256("") + "\""), "accepted");
+  for (const std::string& digest :
+       {std::string("7"), "\"" + sha256("").substr(1) + "\"", "\"" + std::string(64, 'G') + "\""}) {
+    EXPECT_EQ(refused(digest), "m.jsonl:1:38: error[measurement-file]") << digest;
+  }
 }
 
 TEST(MeasurementFileSource, NoticesMeasurementsThatNobodyAskedFor) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "calib/base/files/digest.h"
 #include "calib/base/statistics/random.h"
 #include <gtest/gtest.h>
 
@@ -202,6 +203,21 @@ TEST(ProbeFileSource, RefusesAnotherProgramsReadings) {
               Reports(mismatch, "file \"a\"", "file \"\""));
   EXPECT_THAT(refusal_of(with("[165,15]", "[165,15.001]")),
               Reports(mismatch, "nominal [165, 15.001]", "nominal [165, 15]"));
+}
+
+TEST(ProbeFileSource, ReplaysASubprogramFromAnotherFolder) {
+  const std::string content = "@PROBES\nX1.Y1.G73\n";
+  ProbeRequest request = request_of(kFirst);
+  request.file = "job/PROBES.SS5";
+  request.file_sha256 = sha256(content);
+  const auto recorded = parse_probes(
+      to_json(ProbeReading{request, ProbeStatus::Found, {{mm(1.61), um(2)}}, ""}), "p.jsonl");
+  ASSERT_TRUE(recorded) << recorded.error().text();
+  request.file = "PROBES.SS5";
+  EXPECT_TRUE(ProbeFileSource(*recorded).probe(request));
+  request.file_sha256 = sha256(content + "X2.Y1.G73\n");
+  EXPECT_THAT(ProbeFileSource(*recorded).probe(request),
+              FailsWith(Code::MeasurementMismatch, "file \"PROBES.SS5\", sha256 "));
 }
 
 TEST(ProbeFileSource, NoticesReadingsThatNobodyAskedFor) {

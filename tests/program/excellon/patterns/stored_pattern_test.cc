@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "calib/base/files/digest.h"
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
@@ -194,6 +196,46 @@ TEST(StoredPattern, ATargetInsideIsRelativeToTheTemporaryZero) {
               IsNearMatrix(Vector2d(1.1, 2), kRounding_inch));
   EXPECT_THAT(panel.requests()[0].file, EndsWith("TARGET"));
   EXPECT_EQ(panel.requests()[0].line, 1);
+}
+
+/// Tells what it is asked, and answers as a perfect panel does.
+class AskedSource final : public MeasurementSource {
+ public:
+  Expected<Measurement> measure(const MeasurementRequest& request) override {
+    requests.push_back(request);
+    return panel_.measure(request);
+  }
+  Expected<std::optional<CalibrationAnswer>> calibrate(const CalibrationOrder& order) override {
+    orders.push_back(order);
+    return panel_.calibrate(order);
+  }
+
+  std::vector<MeasurementRequest> requests;
+  std::vector<CalibrationOrder> orders;
+
+ private:
+  NominalSource panel_;
+};
+
+TEST(StoredPattern, WhatItAsksForNamesItsContent) {
+  const std::string text = "G39\n$uvis,calib\nG38X001Y\n";
+  PatternFolder folder;
+  folder.with("TARGET", text);
+  WalkOptions options;
+  options.has_coupon = true;
+  AskedSource panel;
+  const ProgramRun run =
+      run_program(inch_leading_zeros("T1\nG34,1\nM99,TARGET\nX01Y02\nG38X05Y\nM30\n"),
+                  options,
+                  panel,
+                  folder.reading());
+  ASSERT_EQ(panel.requests.size(), 2U) << testing::PrintToString(run.diagnostics);
+  EXPECT_EQ(panel.requests[0].file_sha256, sha256(text));
+  EXPECT_EQ(panel.requests[1].file_sha256, "");  // of the program itself
+  ASSERT_EQ(panel.orders.size(), 2U);
+  for (const CalibrationOrder& order : panel.orders) {
+    EXPECT_EQ(order.file_sha256, sha256(text)) << order.command;
+  }
 }
 
 // --- where it is looked for ----------------------------------------------------------------------

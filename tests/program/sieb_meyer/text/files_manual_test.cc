@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/base/files/digest.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -279,6 +280,19 @@ TEST(ManualSubprogram, MayHaveAFileOfItsOwn) {
   const ProgramRun run = run_5000(calling("XYM99,FINAL\n"), {}, folder.reading());
   expect_places(hole_places(run), joined(joined({{1, 2}}, final_holes()), {{3, 4}}));
   EXPECT_EQ(run.holes()[1].line, 2);
+}
+
+TEST(Subprogram, WhatItAsksForNamesItsContent) {
+  const std::string text = "@LOOK\nX10.Y10.G32\nG31\nG71K.4\nX20.Y20.G73L1\nG70\n";
+  SubprogramFolder folder;
+  folder.with("LOOK.SS5", text);
+  const ProgramRun run =
+      run_program(test::format_5000("XYM99,LOOK\nX5.Y5.G32\nG31\n"), {}, folder.reading());
+  ASSERT_EQ(run.survey.measurements.size(), 2U) << testing::PrintToString(run.diagnostics);
+  EXPECT_EQ(run.survey.measurements[0].request.file_sha256, sha256(text));
+  EXPECT_EQ(run.survey.measurements[1].request.file_sha256, "");  // of the program itself
+  ASSERT_EQ(run.survey.probes.size(), 1U) << testing::PrintToString(run.diagnostics);
+  EXPECT_EQ(run.survey.probes[0].request.file_sha256, sha256(text));
 }
 
 /// A subprogram that another one or a dollar sign follows is whole; the last one needs its line
