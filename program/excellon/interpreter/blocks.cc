@@ -257,7 +257,7 @@ void Interpreter::keep_target(const TargetPlace& target) {
   const CorrectionLevel level = level_of(target.command);
   if (target.command == Command::HoleAtTarget || target.command == Command::NestedHoleAtTarget) {
     modal_.has_hole = false;
-    if (!vision_.is_ready_to_drill(target.line) || !has_tool(target.line)) return;
+    if (!vision_.may_drill_at_target(target) || !has_tool(target.line)) return;
     const DepthOfCut cut = emitter_.cut_at(target.line, target.nominal);
     return emitter_.put(target.line, TargetHole{level, target.nominal, tool_->number, cut});
   }

@@ -50,7 +50,8 @@ void VisionSession::advance(const Block& block, int n_points, const Placement& p
   has_advanced_ = true;
   for (const std::size_t i_series : step.passed) {
     const SeriesResult& series = measuring_.series(i_series);
-    if (!is_same_place(series.placement, placement)) {
+    // Outside of a section the program places each board by its own coordinates.
+    if (is_in_section_ && !is_same_place(series.placement, placement)) {
       reporter_.report(Code::StoredElsewhere,
                        block.line,
                        block.column,
@@ -70,6 +71,7 @@ void VisionSession::advance(const Block& block, int n_points, const Placement& p
 void VisionSession::end_section(int line) {
   refuse_unfinished(line, "M08");
   memory_.stop_recording();
+  is_in_section_ = false;
   const int rewind_line = std::exchange(rewind_line_, 0);
   if (rewind_line == 0 || memory_.points_left() == 0 || measuring_.must_stop()) return;
   reporter_.report(Code::PointsLeft,
@@ -78,6 +80,11 @@ void VisionSession::end_section(int line) {
                    fmt::format("{} of the M51 in line {}", memory_.points_left(), rewind_line),
                    "as many points advanced by M52 as were measured under M50");
   measuring_.stop();
+}
+
+/// A replay outside of sections has no M08 at its end: it ends where another correction takes over.
+void VisionSession::end_replay_outside() {
+  if (!is_in_section_ && has_advanced_) rewind_line_ = 0;
 }
 
 bool VisionSession::refuse_without_advance(int line) {

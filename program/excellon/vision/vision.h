@@ -55,13 +55,18 @@ class VisionSession {
   /// If structure is kept, nothing is measured: gives the targets of the series that this one
   /// completes, none while it is unfinished.
   std::vector<Position<frame::Nominal>> take_target(const TargetPlace& target);
+  /// Reports what forbids a hole at its own target here (G38, G48).
+  bool may_drill_at_target(const TargetPlace& target);
   std::optional<TargetHolePlace> measure_hole(const TargetPlace& target);
   void cancel_base(int line);                                                  // G37
   void cancel_nested(int line);                                                // G47
   void store_under(int label);                                                 // M50
   void rewind(const Block& block, int label);                                  // M51
   void advance(const Block& block, int n_points, const Placement& placement);  // M52
-  void begin_instance() { has_advanced_ = false; }
+  void begin_instance() {
+    is_in_section_ = true;
+    has_advanced_ = false;
+  }
   void end_instance(int line);
   void end_section(int line);  // M08
 
@@ -100,6 +105,7 @@ class VisionSession {
   bool refuse_unfinished(int line, std::string_view command);
   bool refuse_inside_stored(int line);
   bool refuse_without_advance(int line);
+  void end_replay_outside();
   bool is_allowed(int line);
   /// False if `key` is not one of the orders that set how the camera is to look.
   bool set_uvis(std::string_view key,
@@ -127,8 +133,9 @@ class VisionSession {
   std::optional<OpenSeries> open_;
   CorrectionMemory memory_;
   int advance_line_ = 0;
-  int rewind_line_ = 0;        ///< of the M51 that this section replays; 0: none
-  bool has_advanced_ = false;  ///< an M52 came in this instance
+  bool is_in_section_ = false;
+  int rewind_line_ = 0;        ///< of the M51 that is replayed, here or in this section; 0: none
+  bool has_advanced_ = false;  ///< an M52 came in this instance, or outside of sections
 };
 
 }  // namespace panelcal::excellon
