@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -9,6 +10,7 @@
 
 #include "calib/correction/memory.h"
 #include "program/excellon/text/lexer.h"
+#include "program/model/operation.h"
 #include "program/walk/measuring/measuring.h"
 #include "program/walk/options.h"
 #include "program/walk/reporter.h"
@@ -63,6 +65,12 @@ class VisionSession {
   void store_under(int label);                                                 // M50
   void rewind(const Block& block, int label);                                  // M51
   void advance(const Block& block, int n_points, const Placement& placement);  // M52
+  /// If structure is kept: the pattern that runs is passed on as one.
+  void set_in_kept_pattern(bool is_in) { is_in_kept_pattern_ = is_in; }
+  /// M50, M51 and M52 if structure is kept; what the other control is to do, if anything.
+  std::optional<StoredCorrection> keep_stored(const Block& block, Command command, int number);
+  /// Behind a series that is complete, if structure is kept: whether it is to be stored.
+  std::optional<StoredCorrection> keep_series(const TargetPlace& target, int n_targets);
   void begin_instance() {
     is_in_section_ = true;
     has_advanced_ = false;
@@ -105,6 +113,8 @@ class VisionSession {
   bool refuse_unfinished(int line, std::string_view command);
   bool refuse_inside_stored(int line);
   bool refuse_without_advance(int line);
+  std::optional<CorrectionMemory::Advance> pass_points(const Block& block, int n_points);
+  void refuse_kept(int line, std::string what);
   void end_replay_outside();
   bool is_allowed(int line);
   /// False if `key` is not one of the orders that set how the camera is to look.
@@ -134,6 +144,10 @@ class VisionSession {
   CorrectionMemory memory_;
   int advance_line_ = 0;
   bool is_in_section_ = false;
+  bool is_in_kept_pattern_ = false;
+  int recorded_label_ = 0;                ///< of the last M50; structure kept
+  int rewound_label_ = 0;                 ///< of the last M51; structure kept
+  std::map<int, StoredCorrection> kept_;  ///< by label: of every copy; structure kept
   int rewind_line_ = 0;        ///< of the M51 that is replayed, here or in this section; 0: none
   bool has_advanced_ = false;  ///< an M52 came in this instance, or outside of sections
 };
