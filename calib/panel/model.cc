@@ -55,6 +55,12 @@ PanelModel default_model_of_equations(int n_equations, bool with_scale) {
   return with_scale && can_scale ? PanelModel::Similarity : PanelModel::Rigid;
 }
 
+PanelModel model_at_most(PanelModel wanted, int n_equations, bool with_scale) {
+  const bool is_short = n_equations < parameter_count(PanelModel::Stretch);
+  if (wanted != PanelModel::Stretch || !is_short) return wanted;
+  return default_model_of_equations(n_equations, with_scale);
+}
+
 PanelDeformation deformation_of(const Eigen::Matrix2d& linear) {
   PanelDeformation d;
   d.scale_x = std::hypot(linear(0, 0), linear(1, 0));

@@ -32,6 +32,10 @@ PanelModel default_model(int n_points);
 /// G31, measurement mode 5).
 PanelModel default_model_of_equations(int n_equations, bool with_scale);
 
+/// The model of a series where the machine's file asks for `wanted`. Stretch is the manuals' own
+/// for many targets, so that it means "at most": too few equations for it get their usual model.
+PanelModel model_at_most(PanelModel wanted, int n_equations, bool with_scale);
+
 /// An affine map in the words of the trade: map = R(rotation) [scale_x, shear; 0, scale_y].
 ///
 /// scale_x is never negative; a mirrored map has a negative scale_y.

@@ -27,6 +27,7 @@ struct NameOf {
   std::string_view operator()(const VisionSeries&) const { return "series"; }
   std::string_view operator()(const TargetHole&) const { return "target_hole"; }
   std::string_view operator()(const CancelCorrection&) const { return "cancel_correction"; }
+  std::string_view operator()(const StoredCorrection&) const { return "stored_correction"; }
   std::string_view operator()(const VisionTool&) const { return "vision_tool"; }
   std::string_view operator()(const SurfaceOrder&) const { return "surface"; }
 };

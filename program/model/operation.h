@@ -287,6 +287,22 @@ struct CancelCorrection {
   CorrectionLevel level = CorrectionLevel::Base;
 };
 
+enum class StoredCorrectionKind : std::uint8_t {
+  RecordNext,  ///< M50,#: the next pattern keeps the corrections of its copies
+  RewindNext,  ///< M51,#: the next pattern uses what was kept
+  Keep,        ///< in a pattern: each copy keeps the correction that was measured last
+  Use,         ///< in a pattern: each copy puts in force what the copy at its place has kept
+};
+
+/// Corrections that the copies of one pattern keep for those of later ones; only where structure is
+/// kept. The first two are said by Excellon alone.
+struct StoredCorrection {
+  StoredCorrectionKind kind = StoredCorrectionKind::Keep;
+  int label = 0;
+  CorrectionLevel level = CorrectionLevel::Base;  ///< of Keep and Use
+  int n_targets = 0;                              ///< likewise: of the copy's series
+};
+
 /// Chooses how the camera looks; only where structure is kept.
 struct VisionTool {
   int number = 0;
@@ -333,6 +349,7 @@ struct Operation {
                VisionSeries,
                TargetHole,
                CancelCorrection,
+               StoredCorrection,
                VisionTool,
                SurfaceOrder>
       what;

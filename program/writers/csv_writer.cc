@@ -222,6 +222,7 @@ class Fields {
     cut_ = &hole.cut;
   }
   void operator()(const CancelCorrection& cancel) { row_.word(kKind, word(cancel.level)); }
+  void operator()(const StoredCorrection& stored) { row_.number(kValue, stored.label); }
   void operator()(const VisionTool& tool) { row_.number(kTool, tool.number); }
   void operator()(const SurfaceOrder&) {}
 

@@ -115,6 +115,7 @@ class Keys {
     depth(hole.cut);
   }
   void operator()(const CancelCorrection& cancel) { word("level", panelcal::word(cancel.level)); }
+  void operator()(const StoredCorrection& stored) { number("label", stored.label); }
   void operator()(const VisionTool& tool) { number("tool", tool.number); }
   void operator()(const SurfaceOrder&) {}
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/program/program_run.h"
 
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -128,6 +129,10 @@ struct TextOf {
   }
   std::string operator()(const CancelCorrection& cancel) const {
     return cancel.level == CorrectionLevel::Base ? "cancel" : "cancel nested";
+  }
+  std::string operator()(const StoredCorrection& stored) const {
+    constexpr std::array kKinds = {"record", "rewind", "keep", "use"};
+    return fmt::format("{} {}", kKinds.at(static_cast<std::size_t>(stored.kind)), stored.label);
   }
   std::string operator()(const VisionTool& tool) const {
     return fmt::format("vision tool {}", tool.number);

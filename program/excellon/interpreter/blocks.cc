@@ -239,12 +239,15 @@ void Interpreter::keep_target(const TargetPlace& target) {
   const CorrectionLevel level = level_of(target.command);
   if (target.command == Command::HoleAtTarget || target.command == Command::NestedHoleAtTarget) {
     modal_.has_hole = false;
-    if (!vision_.is_ready_to_drill(target.line) || !has_tool(target.line)) return;
+    if (!vision_.may_drill_at_target(target) || !has_tool(target.line)) return;
     const DepthOfCut cut = emitter_.cut_at(target.line, target.nominal);
     return emitter_.put(target.line, TargetHole{level, target.nominal, tool_->number, cut});
   }
   const std::vector<Position<frame::Nominal>> targets = vision_.take_target(target);
-  if (!targets.empty()) emitter_.put(target.line, VisionSeries{level, targets});
+  if (targets.empty()) return;
+  emitter_.put(target.line, VisionSeries{level, targets});
+  const auto keep = vision_.keep_series(target, static_cast<int>(targets.size()));
+  if (keep) emitter_.put(target.line, *keep);
 }
 
 /// Four views of a large target have no operation of their own.
@@ -288,11 +291,9 @@ void Interpreter::stored_label(const Block& block, Command command) {
                       : fmt::format("M{},# with the number of a label", info(command).number));
   }
   if (keeps_structure()) {
-    report(Code::NotSupported,
-           block,
-           block.words[0],
-           "vision commands in every copy: stored corrections have no form in a translation");
-    return vision_.stop();
+    const auto stored = vision_.keep_stored(block, command, *number);
+    if (stored) emitter_.put(block.line, *stored);
+    return;
   }
   switch (command) {
     case Command::StoreCorrections:

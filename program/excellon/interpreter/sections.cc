@@ -217,7 +217,9 @@ bool Interpreter::run_kept(const RepeatSection& section, const Modal& start) {
   }
   const std::vector<int> path = std::exchange(place_.path, {});
   emitter_.put(section.line, PatternBegin{});
+  vision_.set_in_kept_pattern(true);
   run_instance(section, start, frame_);
+  vision_.set_in_kept_pattern(false);
   if (!has_ended()) emitter_.put(section.closing.line, PatternEnd{placements});
   place_.path = path;
   return true;

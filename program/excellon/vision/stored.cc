@@ -26,16 +26,17 @@ void VisionSession::rewind(const Block& block, int label) {
   measuring_.stop();
 }
 
-void VisionSession::advance(const Block& block, int n_points, const Placement& placement) {
+std::optional<CorrectionMemory::Advance> VisionSession::pass_points(const Block& block,
+                                                                    int n_points) {
   refuse_unfinished(block.line, block.text);
   if (!memory_.is_rewound()) {
     reporter_.report(
         Code::RewindMissing, block.line, block.column, quoted(block.text), "M51,# before it");
     measuring_.stop();
-    return;
+    return std::nullopt;
   }
   const int left = memory_.points_left();
-  const CorrectionMemory::Advance step = memory_.advance(n_points);
+  CorrectionMemory::Advance step = memory_.advance(n_points);
   if (step.beyond_end) {
     reporter_.report(
         Code::PointsExhausted,
@@ -44,13 +45,20 @@ void VisionSession::advance(const Block& block, int n_points, const Placement& p
         fmt::format("{} asks for {} stored points, {} left", quoted(block.text), n_points, left),
         "no more points than were measured under M50");
     measuring_.stop();
-    return;
+    return std::nullopt;
   }
   advance_line_ = block.line;
   has_advanced_ = true;
-  for (const std::size_t i_series : step.passed) {
+  return step;
+}
+
+void VisionSession::advance(const Block& block, int n_points, const Placement& placement) {
+  const auto step = pass_points(block, n_points);
+  if (!step) return;
+  for (const std::size_t i_series : step->passed) {
     const SeriesResult& series = measuring_.series(i_series);
-    if (!is_same_place(series.placement, placement)) {
+    // Outside of a section the program places each board by its own coordinates.
+    if (is_in_section_ && !is_same_place(series.placement, placement)) {
       reporter_.report(Code::StoredElsewhere,
                        block.line,
                        block.column,
@@ -67,9 +75,72 @@ void VisionSession::advance(const Block& block, int n_points, const Placement& p
   }
 }
 
+// --- kept for translation ----------------------------------------------------------------------
+
+void VisionSession::refuse_kept(int line, std::string what) {
+  reporter_.report(Code::NotSupported,
+                   line,
+                   1,
+                   std::move(what),
+                   "one series in each copy of a pattern under M50, and M51 before a pattern with "
+                   "the same copies and M52 in it");
+  measuring_.stop();
+}
+
+/// One pass through a pattern stands for all its copies, so that the memory has the points of one.
+std::optional<StoredCorrection> VisionSession::keep_stored(const Block& block,
+                                                           Command command,
+                                                           int number) {
+  const bool is_advance = command == Command::AdvanceCorrections;
+  if (is_in_section_ != is_advance || (is_advance && !is_in_kept_pattern_)) {
+    refuse_kept(block.line,
+                quoted(block.text) +
+                    (is_in_section_ ? " in such a pattern" : " outside of patterns") +
+                    " has no form in a translation");
+    return std::nullopt;
+  }
+  if (command == Command::StoreCorrections) {
+    kept_.erase(number);
+    recorded_label_ = number;
+    store_under(number);
+    return StoredCorrection{StoredCorrectionKind::RecordNext, number, {}, 0};
+  }
+  if (command == Command::RewindCorrections) {
+    rewind(block, number);
+    rewound_label_ = number;
+    return StoredCorrection{StoredCorrectionKind::RewindNext, number, {}, 0};
+  }
+  const auto step = pass_points(block, number);
+  const auto kept = kept_.find(rewound_label_);
+  if (!step || step->passed.empty() || kept == kept_.end()) return std::nullopt;
+  StoredCorrection use = kept->second;
+  use.kind = StoredCorrectionKind::Use;
+  return use;
+}
+
+std::optional<StoredCorrection> VisionSession::keep_series(const TargetPlace& target,
+                                                           int n_targets) {
+  if (!memory_.is_recording()) return std::nullopt;
+  const StoredCorrection keep{
+      StoredCorrectionKind::Keep, recorded_label_, level_of(target.command), n_targets};
+  const bool is_first = kept_.try_emplace(recorded_label_, keep).second;
+  if (!is_in_kept_pattern_ || !is_first) {
+    refuse_kept(target.line,
+                std::string(is_first ? "a series stored outside of such a pattern"
+                                     : "a second series stored by one copy") +
+                    " has no form in a translation");
+    return std::nullopt;
+  }
+  memory_.store({0, n_targets});
+  return keep;
+}
+
+// --- ends and refusals -------------------------------------------------------------------------
+
 void VisionSession::end_section(int line) {
   refuse_unfinished(line, "M08");
   memory_.stop_recording();
+  is_in_section_ = false;
   const int rewind_line = std::exchange(rewind_line_, 0);
   if (rewind_line == 0 || memory_.points_left() == 0 || measuring_.must_stop()) return;
   reporter_.report(Code::PointsLeft,
@@ -78,6 +149,11 @@ void VisionSession::end_section(int line) {
                    fmt::format("{} of the M51 in line {}", memory_.points_left(), rewind_line),
                    "as many points advanced by M52 as were measured under M50");
   measuring_.stop();
+}
+
+/// A replay outside of sections has no M08 at its end: it ends where another correction takes over.
+void VisionSession::end_replay_outside() {
+  if (!is_in_section_ && has_advanced_) rewind_line_ = 0;
 }
 
 bool VisionSession::refuse_without_advance(int line) {

@@ -109,8 +109,17 @@ std::vector<Position<frame::Nominal>> VisionSession::take_target(const TargetPla
   return std::exchange(open_, std::nullopt)->targets;
 }
 
-std::optional<TargetHolePlace> VisionSession::measure_hole(const TargetPlace& target) {
+/// "G38 is not affected by, nor does it affect the current G35 or G36", so it may stand inside of
+/// their series; G48 is relative to the correction that an unfinished base series has yet to give.
+bool VisionSession::may_drill_at_target(const TargetPlace& target) {
+  const bool needs_base = level_of(target.command) == CorrectionLevel::Nested;
+  if (!open_ || !needs_base || open_->level == CorrectionLevel::Nested) return true;
   refuse_unfinished(target.line, code_text(target.command));
+  return false;
+}
+
+std::optional<TargetHolePlace> VisionSession::measure_hole(const TargetPlace& target) {
+  if (!may_drill_at_target(target)) return std::nullopt;
   const CorrectionLevel level = level_of(target.command);
   const auto index = measure(target, level, false);
   if (!index) return std::nullopt;
@@ -128,8 +137,10 @@ void VisionSession::complete(const TargetPlace& target) {
   series.path = target.path;
   series.placement = target.placement;
   series.measurements = open.measurements;
-  series.model = open.n_wanted == 1 ? PanelModel::Offset
-                                    : options_.model.value_or(default_model(open.n_wanted));
+  const PanelModel usual = default_model(open.n_wanted);
+  series.model = open.n_wanted == 1
+                     ? PanelModel::Offset
+                     : model_at_most(options_.model.value_or(usual), 2 * open.n_wanted, false);
   series.assignment = measuring_.settle(open.measurements, open.level, open.line);
   std::vector<FitPoint> points;
   if (std::ranges::all_of(open.measurements,
@@ -139,15 +150,18 @@ void VisionSession::complete(const TargetPlace& target) {
   const std::size_t i_series = measuring_.fit(std::move(series), points);
   memory_.store({i_series, open.n_wanted});
   measuring_.activate(i_series, target.line);
+  end_replay_outside();
 }
 
 void VisionSession::cancel_base(int line) {
   refuse_unfinished(line, "G37");
+  end_replay_outside();
   measuring_.corrections().clear_base();
 }
 
 void VisionSession::cancel_nested(int line) {
   refuse_unfinished(line, "G47");
+  end_replay_outside();
   measuring_.corrections().clear_nested();
 }
 

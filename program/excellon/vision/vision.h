@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -9,6 +10,7 @@
 
 #include "calib/correction/memory.h"
 #include "program/excellon/text/lexer.h"
+#include "program/model/operation.h"
 #include "program/walk/measuring/measuring.h"
 #include "program/walk/options.h"
 #include "program/walk/reporter.h"
@@ -56,13 +58,24 @@ class VisionSession {
   /// If structure is kept, nothing is measured: gives the targets of the series that this one
   /// completes, none while it is unfinished.
   std::vector<Position<frame::Nominal>> take_target(const TargetPlace& target);
+  /// Reports what forbids a hole at its own target here (G38, G48).
+  bool may_drill_at_target(const TargetPlace& target);
   std::optional<TargetHolePlace> measure_hole(const TargetPlace& target);
   void cancel_base(int line);                                                  // G37
   void cancel_nested(int line);                                                // G47
   void store_under(int label);                                                 // M50
   void rewind(const Block& block, int label);                                  // M51
   void advance(const Block& block, int n_points, const Placement& placement);  // M52
-  void begin_instance() { has_advanced_ = false; }
+  /// If structure is kept: the pattern that runs is passed on as one.
+  void set_in_kept_pattern(bool is_in) { is_in_kept_pattern_ = is_in; }
+  /// M50, M51 and M52 if structure is kept; what the other control is to do, if anything.
+  std::optional<StoredCorrection> keep_stored(const Block& block, Command command, int number);
+  /// Behind a series that is complete, if structure is kept: whether it is to be stored.
+  std::optional<StoredCorrection> keep_series(const TargetPlace& target, int n_targets);
+  void begin_instance() {
+    is_in_section_ = true;
+    has_advanced_ = false;
+  }
   void end_instance(int line);
   void end_section(int line);  // M08
 
@@ -101,6 +114,9 @@ class VisionSession {
   bool refuse_unfinished(int line, std::string_view command);
   bool refuse_inside_stored(int line);
   bool refuse_without_advance(int line);
+  std::optional<CorrectionMemory::Advance> pass_points(const Block& block, int n_points);
+  void refuse_kept(int line, std::string what);
+  void end_replay_outside();
   bool is_allowed(int line);
   /// False if `key` is not one of the orders that set how the camera is to look.
   bool set_uvis(std::string_view key,
@@ -128,8 +144,13 @@ class VisionSession {
   std::optional<OpenSeries> open_;
   CorrectionMemory memory_;
   int advance_line_ = 0;
-  int rewind_line_ = 0;        ///< of the M51 that this section replays; 0: none
-  bool has_advanced_ = false;  ///< an M52 came in this instance
+  bool is_in_section_ = false;
+  bool is_in_kept_pattern_ = false;
+  int recorded_label_ = 0;                ///< of the last M50; structure kept
+  int rewound_label_ = 0;                 ///< of the last M51; structure kept
+  std::map<int, StoredCorrection> kept_;  ///< by label: of every copy; structure kept
+  int rewind_line_ = 0;        ///< of the M51 that is replayed, here or in this section; 0: none
+  bool has_advanced_ = false;  ///< an M52 came in this instance, or outside of sections
 };
 
 }  // namespace panelcal::excellon

@@ -249,6 +249,8 @@ class Interpreter {
   // optical.cc
   void optical_order(const Block& block, const Order& order);
   void keep_optical_order(const Block& block, Command command);
+  void keep_set(const Block& block);
+  bool end_kept_sets(const Section& section, const std::vector<Placement>& copies);
   void refuse_kept(const Block& block);
   void camera_text(const Block& block, Command command);
   TargetPlace target_place(const Block& block, Command command);
@@ -313,6 +315,18 @@ class Interpreter {
   std::int64_t n_blocks_ = 0;
   double step_mm_ = 0;                                  ///< rounding of the arc in hand
   std::vector<Position<frame::Nominal>> kept_targets_;  ///< that G31 will fit; structure kept
+  /// Of the copies of a section, by G39,SAVE without a number; structure kept.
+  struct KeptSets {
+    int label = 0;  ///< counts the sections that save; 0: none has
+    int n_targets = 0;
+    std::vector<Placement> copies;
+  };
+  KeptSets kept_sets_;
+  bool is_in_kept_section_ = false;
+  int n_kept_series_ = 0;   ///< in this copy
+  int n_kept_targets_ = 0;  ///< of the last
+  bool has_saved_ = false;  ///< this section
+  bool has_loaded_ = false;
   bool kept_offset_ = false;  ///< of the pattern (CAMA), which ends with its copy; structure kept
 
   // Depths

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The optical orders of a line: G30 to G36, G39, M75.
+#include <algorithm>
 #include <utility>
 
 #include "program/sieb_meyer/interpreter/interpreter.h"
@@ -89,6 +90,7 @@ void Interpreter::keep_optical_order(const Block& block, Command command) {
       return;
     case Command::MeasureOffset:
       if (optical_.is_pattern_mode()) {
+        if (has_saved_) return refuse_kept(block);
         const std::array targets = {target.nominal};
         kept_offset_ = true;
         return emitter_.put(block.line, VisionSeries{CorrectionLevel::Nested, targets});
@@ -102,13 +104,53 @@ void Interpreter::keep_optical_order(const Block& block, Command command) {
       }
       return;
     case Command::CorrectionOn:
-      if (kept_targets_.empty()) return refuse_kept(block);
+      // Excellon would store a second series of the copy as well.
+      if (kept_targets_.empty() || has_saved_) return refuse_kept(block);
       emitter_.put(block.line, VisionSeries{CorrectionLevel::Base, kept_targets_});
+      ++n_kept_series_;
+      n_kept_targets_ = static_cast<int>(kept_targets_.size());
       kept_targets_.clear();
       return;
     default:
       return emitter_.put(block.line, CancelCorrection{CorrectionLevel::Base});
   }
+}
+
+/// For translation: every copy of a section saves what it has calculated, or loads what the copy at
+/// its place has saved. The copies of both sections are compared at the end of the second.
+void Interpreter::keep_set(const Block& block) {
+  const bool saves = block.argument == "SAVE";
+  const bool loads = block.argument == "LOAD";
+  const bool may_save = saves && n_kept_series_ == 1 && kept_targets_.empty() && !kept_offset_;
+  const bool may_load = loads && kept_sets_.label > 0 && n_kept_series_ == 0;
+  if (!is_in_kept_section_ || has_saved_ || has_loaded_ || !(may_save || may_load)) {
+    return refuse_kept(block);
+  }
+  if (saves) {
+    kept_sets_ = {kept_sets_.label + 1, n_kept_targets_, {}};
+  }
+  has_saved_ = saves;
+  has_loaded_ = loads;
+  emitter_.put(block.line,
+               StoredCorrection{saves ? StoredCorrectionKind::Keep : StoredCorrectionKind::Use,
+                                kept_sets_.label,
+                                CorrectionLevel::Base,
+                                kept_sets_.n_targets});
+}
+
+/// False and an error if a section loads the corrections of other copies than its own.
+bool Interpreter::end_kept_sets(const Section& section, const std::vector<Placement>& copies) {
+  if (std::exchange(has_saved_, false)) kept_sets_.copies = copies;
+  if (!std::exchange(has_loaded_, false)) return true;
+  if (std::ranges::equal(copies, kept_sets_.copies, is_same_place)) return true;
+  reporter_.report(Code::NotSupported,
+                   section.begin.number,
+                   1,
+                   "a section that loads the corrections of other copies than its own has no form "
+                   "in the other language",
+                   "the copies of the section with G39,SAVE");
+  ended_ = true;
+  return false;
 }
 
 void Interpreter::refuse_kept(const Block& block) {
@@ -127,7 +169,7 @@ void Interpreter::camera_text(const Block& block, Command command) {
   contour_ = Contour::None;
   machine_at_mm_.reset();
   if (command == Command::CorrectionValues) {
-    if (keeps_structure()) return refuse_kept(block);
+    if (keeps_structure()) return keep_set(block);
     const bool is_passed =
         optical_.organize(block, step_number(), target_place(block, Command::CorrectionValues));
     if (is_passed) emitter_.put(block.line, Setting{block.text, SettingKind::Vision});

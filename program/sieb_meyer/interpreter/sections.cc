@@ -301,8 +301,13 @@ void Interpreter::run_kept(int i_section) {
   place(frame_);
   emitter_.put(section.begin.number, PatternBegin{});
   repeats_tool_ = true;
+  // Else the numbers of its copies count through those of others.
+  is_in_kept_section_ =
+      std::ranges::all_of(steps_, [](const auto& step) { return step.first == 1; });
+  n_kept_series_ = 0;
   run_copy(i_section, start);
-  repeats_tool_ = false;
+  repeats_tool_ = is_in_kept_section_ = false;
+  if (has_ended() || !end_kept_sets(section, copies)) return;
   emitter_.put(section.closing.number, PatternEnd{copies});
   place(outer);
 }

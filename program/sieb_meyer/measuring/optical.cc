@@ -212,7 +212,9 @@ void OpticalSession::calculate(const TargetPlace& place) {
     note_measured(series.measurements);
     const int n = n_equations();
     const PanelModel usual = default_model_of_equations(n, options_.sieb_meyer.fits_scale);
-    series.model = n <= 2 ? PanelModel::Offset : options_.model.value_or(usual);
+    series.model =
+        n <= 2 ? PanelModel::Offset
+               : model_at_most(options_.model.value_or(usual), n, options_.sieb_meyer.fits_scale);
     if (spread_mm_ > 0) series.layer_spread = mm(std::exchange(spread_mm_, 0));
     const std::vector<FitPoint> points = std::exchange(points_, {});
     base_ = measuring_.fit(std::move(series),

@@ -13,6 +13,13 @@ namespace {
 
 constexpr std::int64_t kMostRepeats = 9999;  // R#
 
+bool is_work(const Operation& operation) {
+  const auto& what = operation.what;
+  return std::holds_alternative<Drill>(what) || std::holds_alternative<Slot>(what) ||
+         std::holds_alternative<StepSlot>(what) || std::holds_alternative<Rout>(what) ||
+         std::holds_alternative<RapidMove>(what) || std::holds_alternative<TargetHole>(what);
+}
+
 double scale_of(int n_decimals) {
   return std::pow(10.0, n_decimals);
 }
@@ -61,12 +68,26 @@ void ExcellonWriter::put_stored(std::size_t begin, std::size_t end, const WorkMa
 void ExcellonWriter::put_pattern(std::size_t begin,
                                  std::size_t end,
                                  const std::vector<WorkMap>& copies) {
-  bool can_repeat = copies.size() > 1;
+  // A control stores and uses corrections in a pattern, be it one of a single copy.
+  bool can_repeat = copies.size() > 1 || stored_correction(begin, end) != nullptr;
   for (std::size_t i = begin; i < end && can_repeat; ++i) {
     can_repeat = !std::holds_alternative<PatternBegin>(stored_[i].what) &&
                  !std::holds_alternative<ZeroSet>(stored_[i].what);
   }
   for (const WorkMap& copy : copies) can_repeat &= copy_run(copy.linear()).has_value();
+  const StoredCorrection* const stored = stored_correction(begin, end);
+  if (stored != nullptr && !can_repeat) {
+    return refuse("corrections of the copies of such a pattern (G39,SAVE, G39,LOAD)",
+                  "a pattern with offsets by M50 to M90 alone, and no pattern in it");
+  }
+  if (stored != nullptr) {
+    const bool uses = stored->kind == StoredCorrectionKind::Use;
+    if (uses && works_before_use(begin)) {
+      return refuse("work ahead of G39,LOAD in its section", "G39,LOAD at the section's begin");
+    }
+    const auto next = uses ? StoredCorrectionKind::RewindNext : StoredCorrectionKind::RecordNext;
+    put_now({.what = StoredCorrection{next, stored->label, {}, 0}});
+  }
   if (!can_repeat) {
     for (const WorkMap& copy : copies) {
       put_stored(begin, end, copy);
@@ -81,6 +102,23 @@ void ExcellonWriter::put_pattern(std::size_t begin,
   std::vector<WorkMap> others;
   for (std::size_t i = 1; i < copies.size(); ++i) others.push_back(copies[i] * back);
   close_pattern(others);
+}
+
+/// The first order in a pattern to keep or use its copies' corrections; null: none.
+const StoredCorrection* ExcellonWriter::stored_correction(std::size_t begin,
+                                                          std::size_t end) const {
+  for (std::size_t i = begin; i < end; ++i) {
+    if (const auto* stored = std::get_if<StoredCorrection>(&stored_[i].what)) return stored;
+  }
+  return nullptr;
+}
+
+/// A pattern that uses corrections, from `begin` on, works ahead of that.
+bool ExcellonWriter::works_before_use(std::size_t begin) const {
+  for (std::size_t i = begin; !std::holds_alternative<StoredCorrection>(stored_[i].what); ++i) {
+    if (is_work(stored_[i])) return true;
+  }
+  return false;
 }
 
 /// In the other language the offset of a pattern ends with its copy.
@@ -189,6 +227,21 @@ void ExcellonWriter::write(const TargetHole& hole) {
 void ExcellonWriter::write(const CancelCorrection& cancel) {
   has_nested_ = false;
   line(cancel.level == CorrectionLevel::Nested ? "G47" : "G37");
+}
+
+/// A series is stored by itself under M50; M52 counts its targets.
+/// Source CNC-7 manual, Vision Step and Repeat
+void ExcellonWriter::write(const StoredCorrection& stored) {
+  switch (stored.kind) {
+    case StoredCorrectionKind::RecordNext:
+      return line(fmt::format("M50,{}", stored.label));
+    case StoredCorrectionKind::RewindNext:
+      return line(fmt::format("M51,{}", stored.label));
+    case StoredCorrectionKind::Keep:
+      return;
+    case StoredCorrectionKind::Use:
+      return line(fmt::format("M52,{}", stored.n_targets));
+  }
 }
 
 void ExcellonWriter::write(const VisionTool& tool) {

@@ -93,11 +93,14 @@ class ExcellonWriter final : public ProgramWriter {
   void put_pattern(std::size_t begin, std::size_t end, const std::vector<WorkMap>& copies);
   void close_pattern(const std::vector<WorkMap>& copies);
   void end_copy();
+  const StoredCorrection* stored_correction(std::size_t begin, std::size_t end) const;
+  bool works_before_use(std::size_t begin) const;
   void write(const PatternBegin& begin);
   void write(const PatternEnd& end);
   void write(const VisionSeries& series);
   void write(const TargetHole& hole);
   void write(const CancelCorrection& cancel);
+  void write(const StoredCorrection& stored);
   void write(const VisionTool& tool);
   void note_vision(std::string_view order);
   void say_vision_tool();

@@ -99,6 +99,7 @@ class GcodeWriter final : public ProgramWriter {
   void write(const VisionSeries&) { refuse_structure(); }
   void write(const TargetHole&) { refuse_structure(); }
   void write(const CancelCorrection&) { refuse_structure(); }
+  void write(const StoredCorrection&) { refuse_structure(); }
   void write(const VisionTool&) { refuse_structure(); }
   void write(const SurfaceOrder&) {}  // what was probed is in the depths
   void refuse_structure();

@@ -21,6 +21,9 @@ namespace {
 /// The word of a line that probes, which is executed before the output is.
 constexpr std::string_view kDummyTool = "TD";
 
+/// The last storage location (G39,SAVEn): copies have theirs by their numbers from 1.
+constexpr int kBoardLocation = 1000;
+
 /// Command that has to stand before a function's text, which is not always a command by itself.
 std::string_view command_before(const Function& function) {
   if (function.kind == FunctionKind::TextForDevice) return "M76,";
@@ -108,6 +111,7 @@ void SiebMeyerWriter::write(const PatternBegin&) {
   say_tool();
   line("M31");
   ++n_open_patterns_;
+  cancels_ahead_ = restores_in_pattern_ = false;
   up_at_.reset();
   feed_.reset();
   begin_depths_of_copy();
@@ -141,6 +145,11 @@ void SiebMeyerWriter::write(const PatternEnd& end) {
   feed_.reset();
   pattern_mode_.reset();
   n_nested_targets_ = 0;
+  if (has_kept_ && copies.size() >= static_cast<std::size_t>(kBoardLocation)) {
+    refuse(fmt::format("corrections of {} copies", copies.size()),
+           fmt::format("at most {}", kBoardLocation - 1));
+  }
+  keeps_copies_ = has_kept_ = false;
   // The offset of a pattern ends with its copy; Excellon's goes on until it is cancelled.
   if (nested_ == Nested::InForce) nested_ = Nested::Ended;
   if (nested_ == Nested::Cancelled) nested_ = Nested::None;
@@ -152,21 +161,64 @@ void SiebMeyerWriter::write(const PatternEnd& end) {
 /// Source SIEB & MEYER CNC 8x.00 Command Set, 9, G31 to G34
 void SiebMeyerWriter::write(const VisionSeries& series) {
   if (series.level == CorrectionLevel::Nested) return write_nested(series);
-  if (has_base_ || n_open_patterns_ > 0) line("G34");
+  if (n_open_patterns_ > 0 && restores_in_pattern_) {
+    refuse("a base series behind G47 in its pattern", "G47 before the pattern");
+  }
+  if (has_base_ || n_open_patterns_ > 0 || is_replaced_) line("G34");
+  measure_targets(series);
+  n_board_targets_ = series.targets.size();
+  has_base_ = true;
+  is_board_saved_ = is_replaced_ = false;
+}
+
+void SiebMeyerWriter::measure_targets(const VisionSeries& series) {
   for (const Position<frame::Nominal>& target : series.targets) {
     finish_line();
     append_point(target.in_mm(), "XY");
     line_ += "G32";
   }
   line("G31");
-  has_base_ = true;
   nested_ = Nested::None;
   up_at_.reset();
+}
+
+/// Two targets give no stretch, so that they cannot repeat what a board of three has.
+bool SiebMeyerWriter::may_be_whole(const VisionSeries& series) const {
+  const std::size_t n_board = has_base_ ? n_board_targets_ : 0;
+  return series.targets.size() > 2 || (series.targets.size() == 2 && n_board <= 2);
+}
+
+/// A nested series of several targets whose correction the copy keeps. This control nests no more
+/// than an offset, but what it fits to the same targets, from where they are nominally, is the
+/// copy's whole correction. The board's is in force before, so that targets are found.
+void SiebMeyerWriter::write_whole(const VisionSeries& series) {
+  if (cancels_ahead_) refuse_cancel_ahead();
+  switch_pattern_mode(false);
+  is_replaced_ = true;
+  restore_board();
+  measure_targets(series);
+  is_replaced_ = true;
+  ++n_nested_targets_;
+}
+
+/// In the first copy there may be nothing to cancel, in the second there is.
+void SiebMeyerWriter::refuse_cancel_ahead() {
+  refuse("G47 ahead of the targets in a pattern that stores its corrections",
+         "G47 before the pattern, or at its end");
+}
+
+/// Puts the base correction in force where that of a copy has replaced it.
+void SiebMeyerWriter::restore_board() {
+  if (!std::exchange(is_replaced_, false)) return;
+  line(has_base_ ? fmt::format("G39,LOAD{}", kBoardLocation) : "G34");
+  up_at_.reset();
+  restores_in_pattern_ = n_open_patterns_ > 0;
 }
 
 /// All targets of a copy give one offset, so that a second series would change the first.
 /// Source SIEB & MEYER CNC 8x.00 Command Set, 9, G36 (CAMA)
 void SiebMeyerWriter::write_nested(const VisionSeries& series) {
+  if (keeps_copies_ && n_nested_targets_ == 0 && may_be_whole(series)) return write_whole(series);
   if (is_foreign() && series.targets.size() > 1) {
     return refuse(fmt::format("a nested series of {} targets", series.targets.size()),
                   "one target (G45): the offset of a pattern is all that SIEB & MEYER nests");
@@ -174,6 +226,7 @@ void SiebMeyerWriter::write_nested(const VisionSeries& series) {
   if (is_foreign() && n_nested_targets_ > 0) {
     return refuse("a second nested correction", "one for each copy of a pattern");
   }
+  restore_board();
   switch_pattern_mode(true);
   for (const Position<frame::Nominal>& target : series.targets) {
     finish_line();
@@ -196,12 +249,60 @@ void SiebMeyerWriter::write(const TargetHole& hole) {
 void SiebMeyerWriter::write(const CancelCorrection& cancel) {
   if (cancel.level == CorrectionLevel::Base) {
     line("G34");  // drops the nested one as well
-    has_base_ = false;
+    has_base_ = is_board_saved_ = is_replaced_ = false;
     nested_ = Nested::None;
+  } else if (keeps_copies_ && n_open_patterns_ > 0 && !has_kept_) {
+    cancels_ahead_ = true;
+    nested_ = Nested::None;
+    if (is_replaced_) refuse_cancel_ahead();
   } else if (nested_ == Nested::InForce) {
     nested_ = Nested::Cancelled;
+  } else if (is_replaced_) {
+    restore_board();
   } else {
     nested_ = Nested::None;
+  }
+}
+
+/// A copy keeps its correction, board's and pattern's together, in the location of its own number.
+/// Source SIEB & MEYER CNC 8x.00 Command Set, 9, G39
+void SiebMeyerWriter::write(const StoredCorrection& stored) {
+  switch (stored.kind) {
+    case StoredCorrectionKind::RecordNext:
+      keeps_copies_ = true;
+      if (has_base_ && !is_replaced_ && !std::exchange(is_board_saved_, true)) {
+        line(fmt::format("G39,SAVE{}", kBoardLocation));
+      }
+      return;
+    case StoredCorrectionKind::RewindNext:
+      return;
+    case StoredCorrectionKind::Keep:
+      has_kept_ = true;
+      kept_label_ = stored.label;
+      return line("G39,SAVE");
+    case StoredCorrectionKind::Use:
+      return use_stored(stored);
+  }
+}
+
+void SiebMeyerWriter::use_stored(const StoredCorrection& stored) {
+  if (kept_label_ != stored.label) {
+    return refuse(
+        fmt::format("the corrections of M50,{} behind those of another label", stored.label),
+        "one label at a time: each copy has one storage location");
+  }
+  const bool is_nested = stored.level == CorrectionLevel::Nested;
+  const bool is_offset = is_nested && stored.n_targets == 1;
+  if (is_foreign()) switch_pattern_mode(is_offset);
+  line("G39,LOAD");
+  up_at_.reset();
+  nested_ = is_offset ? Nested::InForce : Nested::None;
+  if (is_nested) {
+    is_replaced_ = !is_offset;
+  } else {
+    n_board_targets_ = static_cast<std::size_t>(stored.n_targets);
+    has_base_ = true;
+    is_board_saved_ = is_replaced_ = false;
   }
 }
 

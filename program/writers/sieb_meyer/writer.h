@@ -157,8 +157,15 @@ class SiebMeyerWriter final : public ProgramWriter {
   void write(const VisionSeries& series);
   void write(const TargetHole& hole);
   void write(const CancelCorrection& cancel);
+  void write(const StoredCorrection& stored);
   void write(const VisionTool& tool);
   void write_nested(const VisionSeries& series);
+  bool may_be_whole(const VisionSeries& series) const;
+  void write_whole(const VisionSeries& series);
+  void measure_targets(const VisionSeries& series);
+  void use_stored(const StoredCorrection& stored);
+  void restore_board();
+  void refuse_cancel_ahead();
   void switch_pattern_mode(bool is_on);
   void refuse_under_nested();
 
@@ -194,6 +201,15 @@ class SiebMeyerWriter final : public ProgramWriter {
 
   int n_open_patterns_ = 0;
   bool has_base_ = false;  ///< a correction may be in force
+  // Of a source in Excellon, whose nested series become corrections of the copies by themselves:
+  std::size_t n_board_targets_ = 0;  ///< of the last base correction
+  bool keeps_copies_ = false;        ///< the next pattern, or the open one, keeps its corrections
+  bool has_kept_ = false;            ///< the open one does
+  bool cancels_ahead_ = false;       ///< the open pattern, of its series that it keeps
+  bool restores_in_pattern_ = false;
+  bool is_board_saved_ = false;    ///< the base correction
+  bool is_replaced_ = false;       ///< by that of a copy
+  std::optional<int> kept_label_;  ///< of the corrections in the copies' locations
   Nested nested_ = Nested::None;
   int n_nested_targets_ = 0;          ///< in this copy of the pattern: they count together
   std::optional<bool> pattern_mode_;  ///< CAMA, NOCAMA

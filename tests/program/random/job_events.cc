@@ -141,6 +141,9 @@ class Sameness {
   bool same(const CancelCorrection& a, const CancelCorrection& b) const {
     return a.level == b.level;
   }
+  bool same(const StoredCorrection& a, const StoredCorrection& b) const {
+    return a.kind == b.kind && a.label == b.label;
+  }
   bool same(const VisionTool& a, const VisionTool& b) const { return a.number == b.number; }
   bool same(const SurfaceOrder& a, const SurfaceOrder& b) const {
     return a.kind == b.kind && a.memory == b.memory;

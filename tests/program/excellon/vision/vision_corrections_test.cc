@@ -206,6 +206,15 @@ TEST(HoleAtTarget, ChangesNoCorrection) {
                 {{7, 7}, {8, 8}, {1, 2}});
 }
 
+/// "G38 is not affected by, nor does it affect the current G35 or G36": an open series goes on.
+TEST(HoleAtTarget, MayStandInsideOfASeries) {
+  const std::map<int, Vector2d> seen = {{8, {1, 2}}, {9, {7, 7}}, {10, {1, 2}}, {11, {1, 2}}};
+  expect_shifts(shifts("G36X0.Y0.\nG38X5.Y6.\nG36X90.Y0.\nG36X0.Y90.\nX1.Y1.\n", seen),
+                {{7, 7}, {1, 2}});
+  expect_shifts(shifts("G46X0.Y0.\nG48X5.Y6.\nG46X90.Y0.\nG46X0.Y90.\nX1.Y1.\n", seen),
+                {{7, 7}, {1, 2}});
+}
+
 TEST(HoleAtTarget, IsPlacedByStepAndRepeat) {
   FunctionSource source = test::shifted_by(.5, 0);
   const ProgramRun run = run_clean("M25\nG38X1.Y1.\nM01\nM02X10.M80\nM08\n", source);

@@ -56,6 +56,21 @@ TEST(VisionModel, IsTheStiffestThatTheTargetsSpeakFor) {
   EXPECT_EQ(model_of((Eigen::Matrix2d() << 1, 0.001, 0, 1).finished()), PanelModel::Affine);
 }
 
+/// "If two G36 codes are used, the pattern is adjusted for offset and rotation only."
+TEST(VisionModel, StretchOfTheMachineIsOffsetAndRotationForTwoTargets) {
+  WalkOptions options;
+  options.series_size = 2;
+  options.model = PanelModel::Stretch;
+  const auto two = run("G36X0.Y0.\nG36X300.Y0.\nX150.Y0.\n", turned(0.003), options);
+  EXPECT_EQ(two.survey.series.at(0).model, PanelModel::Rigid);
+  const Vector2d hole_mm = turned(0.003) * Vector2d(150, 0) + Vector2d(0.4, -0.3);
+  EXPECT_LT((two.holes().at(0).actual_mm() - hole_mm).norm(), 1e-9);
+  options.series_size = 3;
+  const auto three =
+      run("G36X0.Y0.\nG36X300.Y0.\nG36X0.Y200.\nX150.Y100.\n", turned(0.003), options);
+  EXPECT_EQ(three.survey.series.at(0).model, PanelModel::Stretch);
+}
+
 TEST(VisionModel, IsNoneThatTwoOrThreeTargetsCannotCheck) {
   const Eigen::Matrix2d sheared = (Eigen::Matrix2d() << 1, 0.001, 0, 1).finished();
   const ProgramRun three = run("G36X0.Y0.\nG36X300.Y0.\nG36X0.Y200.\n", sheared, automatic(3));

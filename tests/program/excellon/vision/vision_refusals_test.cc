@@ -44,7 +44,7 @@ TEST(SeriesUnfinished, ByAnotherCommand) {
   const std::string begun = "G36X0.Y0.\nG36X9.Y0.\n";
   EXPECT_EQ(diagnostics_of(begun + "G35X1.Y1.\n"), Texts{unfinished(10)});
   EXPECT_EQ(diagnostics_of(begun + "G45X1.Y1.\n"), Texts{unfinished(10)});
-  EXPECT_EQ(diagnostics_of(begun + "G38X1.Y1.\n"), Texts{unfinished(10)});
+  EXPECT_EQ(diagnostics_of(begun + "G48X1.Y1.\n"), Texts{unfinished(10)});
   EXPECT_EQ(diagnostics_of(begun + "G37\n"), Texts{unfinished(10)});
   EXPECT_EQ(diagnostics_of(begun + "G47\n"), Texts{unfinished(10)});
   EXPECT_EQ(diagnostics_of(begun + "M51,1\n").at(0), unfinished(10));

@@ -71,6 +71,20 @@ TEST(StoredCorrections, CanBeUsedAgainAfterARewind) {
                 {.1, .2, .3, .1, .2, .3});
 }
 
+/// "Normally used in the part program right before an M25": a program may place its boards itself.
+TEST(StoredCorrections, AreReplayedWithoutM25) {
+  expect_shifts(hole_shifts(measure_three_boards("G46X0.Y0.\n") +
+                                "M51,1\nM52\nX1.Y1.\nM52\nX11.Y1.\nM52,1\nX21.Y1.\n",
+                            {.1, .2, .3}),
+                {.1, .2, .3});
+}
+
+TEST(StoredCorrections, AReplayWithoutM25EndsWithAnotherCorrection) {
+  const std::string replay =
+      measure_three_boards("G46X0.Y0.\n") + "M51,1\nM52\nX1.Y1.\nG47\nM25\nX2.Y2.\n";
+  expect_shifts(hole_shifts(replay + kThreeBoards, {.1, .2, .3}), {.1, 0, 0, 0});
+}
+
 TEST(StoredCorrections, ThreeM52AreOneM52WithThree) {
   const std::string targets = "G46X0.Y0.\nG46X9.Y0.\nG46X0.Y9.\n";
   const std::vector<double> seen = {.1, .1, .1, .2, .2, .2, .3, .3, .3};

@@ -117,9 +117,6 @@ TEST(Translation, RefusesWhatWouldGoElsewhere) {
       excellon("$uvis,alg,0,2\nG34,1\nT1\nG46X5.Y5.\nG46X95.Y5.\nX1.Y1.\n"), Dialect::SiebMeyer);
   EXPECT_TRUE(nested.is_refused);
   EXPECT_THAT(nested.losses, ElementsAre(HasSubstr("2 targets")));
-  const Translation stored = translate(
-      excellon("G34,1\nT1\nM50,1\nM25\nG35X1.Y1.\nX2.Y2.\nM01\nM02X9.\nM08\n"), Dialect::SiebMeyer);
-  EXPECT_THAT(stored.errors, ElementsAre(Reports("p:10:1: error[not-supported]", "M50")));
 }
 
 TEST(Translation, AnInchProgramIsGoodToTenNanometers) {
