@@ -25,7 +25,6 @@
 #include "program/walk/execution/emitter.h"
 #include "program/walk/execution/hole_sequence.h"
 #include "program/walk/options.h"
-#include "program/walk/pattern_digests.h"
 #include "program/walk/program.h"
 #include "program/walk/reporter.h"
 #include "program/walk/survey.h"
@@ -270,7 +269,6 @@ class Interpreter {
   Measuring measuring_;
   WalkPlace place_;
   Emitter emitter_;
-  PatternDigests digests_;
   OpticalSession optical_;
   Settings settings_;
   SurfaceSession surface_;

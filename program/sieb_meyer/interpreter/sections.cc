@@ -451,7 +451,7 @@ void Interpreter::call(const Block& block, const Order& order) {
   const Placement outer = placement_;
   const Modal modal = modal_;
   const std::string file = reporter_.file();
-  const std::string_view place_file = place_.file;
+  const PatternFile outer_pattern = place_.pattern;
   reporter_.set_file(source.file);
   if (is_cut_off(source.bytes, body)) {
     reporter_.report_end_missing(source.bytes, "complete lines");
@@ -467,7 +467,7 @@ void Interpreter::call(const Block& block, const Order& order) {
   const Eigen::Vector2d zero_mm(order.xy_mm[0].value_or(0), order.xy_mm[1].value_or(0));
   place(outer *
         Transform<frame::Programmed, frame::Programmed>(Eigen::Matrix2d::Identity(), zero_mm));
-  place_.file = source.file;
+  place_.pattern = {source.file, source.sha256};
   calls_.push_back(name);
   ++depth_;
   contour_ = Contour::None;
@@ -486,7 +486,7 @@ void Interpreter::call(const Block& block, const Order& order) {
   --depth_;
   calls_.pop_back();
   reporter_.set_file(file);
-  place_.file = place_file;
+  place_.pattern = outer_pattern;
   text_ = caller;
   cursor_ = back;
   modal_ = modal;
