@@ -61,10 +61,10 @@ class VisionSession {
   /// Reports what forbids a hole at its own target here (G38, G48).
   bool may_drill_at_target(const TargetPlace& target);
   std::optional<TargetHolePlace> measure_hole(const TargetPlace& target);
-  void cancel_base(int line);                          // G37
-  void cancel_nested(int line);                        // G47
-  void store_under(const Block& block, int label);     // M50
-  void rewind(const Block& block, int label);          // M51
+  void cancel_base(int line);                       // G37
+  void cancel_nested(int line);                     // G47
+  void store_under(const Block& block, int label);  // M50
+  void rewind(const Block& block, int label);       // M51
   /// M52. The placement is the copy's or the stored pattern's, where the series must have been
   /// measured; null in the program itself, which places each board by its own coordinates.
   void advance(const Block& block, int n_points, const Placement* placement);

@@ -164,7 +164,7 @@ void SiebMeyerWriter::refuse_uneven_copies(std::size_t n_copies) {
   n_kept_copies_ = n_copies;
   const std::size_t most = kLocations - (uses_board_location_ ? 1 : 0);
   if (n_copies > most) {
-    refuse(fmt::format("{} copies that store corrections", n_copies),
+    refuse(fmt::format("a pattern of {} copies that store corrections", n_copies),
            fmt::format("at most {}", most));
   }
 }
@@ -317,7 +317,7 @@ void SiebMeyerWriter::write(const StoredCorrection& stored) {
   }
 }
 
-/// The last location: a pattern of as many copies has kept its last correction there.
+/// In the last location, where the last of 1000 copies has its own.
 void SiebMeyerWriter::save_board() {
   if (!has_base_ || is_replaced_ || std::exchange(is_board_saved_, true)) return;
   line(fmt::format("G39,SAVE{}", kLocations));
@@ -327,9 +327,9 @@ void SiebMeyerWriter::save_board() {
 
 void SiebMeyerWriter::use_stored(const StoredCorrection& stored) {
   if (kept_label_ != stored.label) {
-    return refuse(
-        fmt::format("the corrections of M50,{} behind those of another label", stored.label),
-        "one label at a time: each copy has one storage location");
+    return refuse(fmt::format("a use of the corrections of M50,{} behind those of another label",
+                              stored.label),
+                  "one label at a time: each copy has one storage location");
   }
   const bool is_nested = stored.level == CorrectionLevel::Nested;
   if (is_nested && has_outer_offset_ && refuse_second_nested()) return;
