@@ -186,17 +186,17 @@ TEST(StoredCorrections, StoringALabelAgainNeedsANewRewind) {
 
 /// "There must be as many M52 commands after an M51 as G36/G46".
 TEST(StoredCorrections, AReplayWithoutM25OfSomeBoardsIsRefused) {
-  const std::string record = measure_three_boards("G46X0.Y0.\n");  // lines 8 to 14
+  const std::string record = measure_three_boards("G46X0.Y0.\n");  // lines 8 to 13
   const std::string part = "M51,1\nM52\nX1.Y1.\nX11.Y1.\nX21.Y1.\n";
   const auto left_in = [](int line) {
     return Texts{"p.exc:" + std::to_string(line) + ":1: error[points-left]"};
   };
-  EXPECT_EQ(diagnostics_of(record + part), left_in(20));  // M30
-  EXPECT_EQ(diagnostics_of(record + part + "G47\nX2.Y2.\n"), left_in(22));
-  EXPECT_EQ(diagnostics_of(record + part + part), left_in(20));
-  EXPECT_EQ(diagnostics_of(record + part + record), left_in(20));
+  EXPECT_EQ(diagnostics_of(record + part), left_in(19));  // M30
+  EXPECT_EQ(diagnostics_of(record + part + "G47\nX2.Y2.\n"), left_in(21));
+  EXPECT_EQ(diagnostics_of(record + part + part), left_in(19));
+  EXPECT_EQ(diagnostics_of(record + part + record), left_in(19));
   EXPECT_EQ(diagnostics_of(record + part + "M25\nX2.Y2.\n" + kThreeBoards),
-            Texts{"p.exc:21:1: error[advance-missing]"});
+            Texts{"p.exc:20:1: error[advance-missing]"});
 }
 
 TEST(StoredCorrections, M52BeyondTheLastPointIsRefused) {

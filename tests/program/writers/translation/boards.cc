@@ -29,6 +29,9 @@ FunctionSource panel_of_boards(const Vector2d& pitch_mm, const Vector2d& first_m
 
 namespace {
 
+/// Both languages write six decimals of a millimetre or more.
+constexpr double kSamePlace_mm = 1e-5;
+
 /// Where a tool works.
 struct WorkedPlace {
   int tool = 0;  ///< 0: routed
@@ -59,25 +62,29 @@ double distance_um(const WorkRun& a,
                    const FunctionSource& looks_a,
                    const WorkRun& b,
                    const FunctionSource& looks_b) {
-  const std::vector<MeasurementRequest>& looks_of_a = looks_a.requests();
-  const std::vector<MeasurementRequest>& looks_of_b = looks_b.requests();
   const std::vector<WorkedPlace> from = worked_places(a);
   const std::vector<WorkedPlace> to = worked_places(b);
-  if (from.size() != to.size() || looks_of_a.size() != looks_of_b.size()) return -1;
+  if (from.size() != to.size()) return -1;
   double worst_mm = 0;
   const auto compare = [&](const Vector2d& x_mm, const Vector2d& y_mm) {
     worst_mm = std::max(worst_mm, (x_mm - y_mm).norm());
   };
   for (std::size_t i = 0; i < from.size(); ++i) {
     if (from[i].tool != to[i].tool) return -1;
-    if ((from[i].nominal_mm - to[i].nominal_mm).norm() > 1e-5) return -1;
+    if ((from[i].nominal_mm - to[i].nominal_mm).norm() > kSamePlace_mm) return -1;
     compare(from[i].corrected_mm, to[i].corrected_mm);
   }
-  for (std::size_t i = 0; i < looks_of_a.size(); ++i) {
-    if ((looks_of_a[i].nominal - looks_of_b[i].nominal).in_mm().norm() > 1e-5) return -1;
+  // The source may look at targets that no series uses.
+  auto look = looks_a.requests().begin();
+  for (const MeasurementRequest& same : looks_b.requests()) {
+    look = std::find_if(look, looks_a.requests().end(), [&](const MeasurementRequest& request) {
+      return (request.nominal - same.nominal).in_mm().norm() < kSamePlace_mm;
+    });
+    if (look == looks_a.requests().end()) return -1;
     // The other control looks for such a target under the whole correction.
-    const bool is_hole = looks_of_a[i].command == "G38" || looks_of_a[i].command == "G48";
-    if (!is_hole) compare(looks_of_a[i].expected.in_mm(), looks_of_b[i].expected.in_mm());
+    const bool is_hole = look->command == "G38" || look->command == "G48";
+    if (!is_hole) compare(look->expected.in_mm(), same.expected.in_mm());
+    ++look;
   }
   return 1000 * worst_mm;
 }

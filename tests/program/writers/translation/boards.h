@@ -22,8 +22,8 @@ inline constexpr double kSameOnBoard_um = 2 * kShear_um_per_mm * 50;
 inline constexpr double kSameOnPanel_um = 2 * kShear_um_per_mm * 250;
 
 /// The largest distance in um of two runs, `a` on the panel `looks_a`: of the places that are
-/// worked at, in the same order by the same tools, and of those where targets of series are looked
-/// for. Negative if they are not the same places.
+/// worked at, in the same order by the same tools, and of those where `b` looks for targets of
+/// series. Negative if they are not the same places.
 double distance_um(const WorkRun& a,
                    const FunctionSource& looks_a,
                    const WorkRun& b,
