@@ -188,7 +188,9 @@ void SiebMeyerWriter::write(const VisionSeries& series) {
 /// Also what is nested; but an offset from outside of patterns comes back behind the copy.
 void SiebMeyerWriter::clear_corrections() {
   line("G34");
-  if (n_open_patterns_ == 0) has_outer_offset_ = false;
+  if (n_open_patterns_ > 0) return;
+  has_outer_offset_ = false;
+  pattern_.n_nested_targets = 0;
 }
 
 void SiebMeyerWriter::measure_targets(const VisionSeries& series) {

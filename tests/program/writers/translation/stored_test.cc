@@ -82,6 +82,7 @@ TEST(StoredTranslation, AnOffsetFromOutsideOfPatternsEndsWithTheBoards) {
   const std::string outside = kBoard + std::string("T1\nG45X5.Y5.\nX4.Y4.\n");
   const std::string pattern = std::string("M25\nX1.Y1.\n") + kCopies;
   same_holes(excellon(outside + pattern + "X3.Y3.\nG37\nX2.Y2.\n" + pattern));
+  same_holes(excellon(outside + "G37\nX3.Y3.\nG45X5.Y45.\nX2.Y2.\n"));
   const auto behind_g47 = ElementsAre(HasSubstr("behind G47 of a nested correction from outside"));
   EXPECT_THAT(refusals_of(outside + "G47\nX3.Y3.\n"), behind_g47);
   EXPECT_THAT(refusals_of(outside + pattern + "G47\nX3.Y3.\n"), behind_g47);
