@@ -46,16 +46,14 @@ std::vector<std::string> errors_of(const std::string& body) {
   return translate(sieb_meyer(body), Dialect::Excellon).errors;
 }
 
+/// Boards may be left out where the program is run; M51 wants all of M50's.
 TEST(StoredTranslation, RefusesToLoadTheSetsOfOtherCopies) {
   const std::string save = "M31\nX5.Y5.G32\nX45.Y45.G32\nG31\nG39,SAVE\n" + std::string(kOffsets);
   const std::string load = "M31\nG39,LOAD\nX1.Y1.T1\n";
   const auto is_named = ElementsAre(
       test::Reports("p:11:1: error[not-supported]", "loads the corrections of other copies"));
-  for (const std::string offsets : {"X0.Y0.M50\nX50.Y0.M50M30\n",
-                                    "X50.Y0.M50\nX0.Y0.M50\nX0.Y50.M50\nX100.Y50.M90M30\n",
-                                    "X0.Y0.M50\nX50.Y0.M50\nX0.Y50.M50\nX100.Y50.M50M30\n"}) {
-    EXPECT_THAT(errors_of(save + load + offsets), is_named);
-  }
+  EXPECT_THAT(errors_of(save + load + "X0.Y0.M50M30\n"), is_named);
+  EXPECT_THAT(errors_of(save + load + "X0.Y0.M50\nX50.Y0.M50M30\n"), is_named);
   EXPECT_THAT(errors_of(save + load + kOffsets), IsEmpty());
 }
 
