@@ -298,11 +298,12 @@ void Interpreter::stored_label(const Block& block, Command command) {
   }
   switch (command) {
     case Command::StoreCorrections:
-      return vision_.store_under(*number);
+      return vision_.store_under(block, *number);
     case Command::RewindCorrections:
       return vision_.rewind(block, *number);
     default:
-      return vision_.advance(block, *number, place_.placement);
+      return vision_.advance(
+          block, *number, in_pattern_ || in_stored_pattern_ ? &place_.placement : nullptr);
   }
 }
 
