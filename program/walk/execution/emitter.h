@@ -25,7 +25,7 @@ namespace panelcal {
 struct WalkPlace {
   Placement placement;
   InstancePath path;
-  PatternFile pattern;  ///< whose lines are walked; none: the program itself
+  PatternFile pattern;  ///< of the lines that are walked; none: the program itself
   Position<frame::Machine> work_zero;
   bool is_scaled = false;  ///< M60 is in force
 };
