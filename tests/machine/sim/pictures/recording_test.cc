@@ -18,8 +18,8 @@ namespace {
 using test::IsNearPosition;
 using test::SimulatedJob;
 
-/// G39,SPOP learns the offset from a hole that the job has drilled; the second hole, which is drilled
-/// behind it, is seen with what it learned.
+/// G39,SPOP learns the offset from a hole that the job has drilled; the second hole, which is
+/// drilled behind it, is seen with what it learned.
 constexpr std::string_view kLearning =
     "%%5000\nX350.Y150.T1\nX350.Y150.G32\nG39,SPOP\nG34\nX360.Y150.T1\nX360.Y150.G32\n"
     "G31\nX370.Y150.T1\nG30\n$\nT1D0.8\n$\n";
