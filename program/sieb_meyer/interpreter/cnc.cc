@@ -199,6 +199,7 @@ bool Interpreter::obey_placement(const Block& block, const CncCommand& command) 
     case CncCode::NoScale:
       scaling_.factor.setOnes();
       scaling_.about_mm.setZero();
+      scaling_.was_assumed = false;
       break;
     case CncCode::Rotation: {
       const auto angle_deg = read_plain_number(argument);
@@ -333,8 +334,31 @@ bool Interpreter::obey_surface(const Block& block, const CncCommand& command) {
   return true;
 }
 
-/// A scale that was set, and nothing said about where it holds: either answer may be wrong. So it
-/// is with a depth below a surface that is not named.
+/// M93 or M92. "The scaling commands can be used for limiting the scaling function to certain
+/// program sections" (manual, 4): without them SA scales. M93 behind coordinates that SA alone has
+/// scaled would turn on what is on, which speaks for a program that means them to be unscaled.
+void Interpreter::switch_scaling(const Block& block, bool is_on) {
+  if (is_on && !scaling_.is_on && scaling_.was_assumed) {
+    report(Code::ScalingUndecided,
+           block,
+           quoted(block.text) + " turns scaling on behind coordinates that SA alone scales",
+           "M93 or M92 in the first line with a coordinate behind SA");
+  }
+  scaling_.is_on = is_on;
+  refresh_placement();
+}
+
+/// Warns of a coordinate under a scale of which neither M93 nor M92 has said where it holds.
+void Interpreter::note_scaling(int line) {
+  if (!scaling_.is_set() || scaling_.is_on || std::exchange(scaling_.was_assumed, true)) return;
+  reporter_.report(Code::ScalingAssumed,
+                   line,
+                   1,
+                   "a coordinate comes after SA without M93 or M92",
+                   "M93 where the scaled section begins, or M92");
+}
+
+/// False and an error if a stroke's depth is below a surface that is not named, or below its limit.
 bool Interpreter::is_decided(int line) {
   if (uses_surface() && surface_.reference().empty()) {
     if (!std::exchange(reported_surface_, true)) {
@@ -360,15 +384,8 @@ bool Interpreter::is_decided(int line) {
     }
     return false;
   }
-  if (!scaling_.is_set() || scaling_.is_on) return true;
-  if (!std::exchange(reported_scaling_, true)) {
-    reporter_.report(Code::ScalingUndecided,
-                     line,
-                     1,
-                     "a coordinate comes after SA without M93 or M92",
-                     "M93 where the scaled section begins, or M92");
-  }
-  return false;
+  note_scaling(line);
+  return true;
 }
 
 }  // namespace panelcal::sieb_meyer

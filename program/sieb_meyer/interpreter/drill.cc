@@ -126,6 +126,7 @@ void Interpreter::end_pattern(const Block& block, const Order& order) {
           !emitter_.follows_map()) {
         const auto whole = nibbled_slot(pattern.first_mm, second_mm, *diameter_mm, nibbling_);
         if (!whole) return refuse(whole.error(), "");
+        if (!is_decided(block.line)) return;
         judge_control(block.line);
         return emitter_.slot(block.line, pattern.first_mm, second_mm, whole->size());
       }

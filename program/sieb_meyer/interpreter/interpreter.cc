@@ -223,8 +223,7 @@ void Interpreter::prepare(const Block& block, const Order& order) {
       ended_ = true;
       return;
     }
-    scaling_.is_on = order.is_scaled;
-    refresh_placement();
+    switch_scaling(block, *order.is_scaled);
   }
   if (order.incremental) modal_.incremental = *order.incremental;
   if (order.feed_m_min) modal_.feed = mm_per_s(*order.feed_m_min * 1000 / 60);

@@ -244,6 +244,8 @@ class Interpreter {
   void refuse_cnc(const Block& block, std::string expected);
   void set_program_zero(const Block& block, std::string_view argument, bool is_set);
   void set_axis_version(const Block& block, std::string_view argument);
+  void switch_scaling(const Block& block, bool is_on);
+  void note_scaling(int line);
   bool is_decided(int line);
 
   // optical.cc
@@ -354,11 +356,11 @@ class Interpreter {
   struct Scaling {
     Eigen::Vector2d factor = Eigen::Vector2d::Ones();
     Eigen::Vector2d about_mm = Eigen::Vector2d::Zero();
-    std::optional<bool> is_on;  ///< M93, M92
+    std::optional<bool> is_on;  ///< M93, M92; absent: neither was there yet, and SA scales
+    bool was_assumed = false;   ///< a coordinate was scaled that neither M93 nor M92 decides on
     bool is_set() const { return factor != Eigen::Vector2d::Ones(); }
   } scaling_;
   double rotation_rad_ = 0;
-  bool reported_scaling_ = false;
 };
 
 }  // namespace panelcal::sieb_meyer

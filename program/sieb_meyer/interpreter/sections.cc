@@ -324,7 +324,7 @@ void Interpreter::place(const Placement& placement) {
 void Interpreter::refresh_placement() {
   machine_at_mm_.reset();
   place_.placement = placement_;
-  if (scaling_.is_on.value_or(false) && scaling_.is_set()) {
+  if (scaling_.is_on.value_or(true) && scaling_.is_set()) {
     const Transform<frame::Nominal, frame::Nominal> scale(
         scaling_.factor.asDiagonal(),
         scaling_.about_mm - scaling_.factor.cwiseProduct(scaling_.about_mm));

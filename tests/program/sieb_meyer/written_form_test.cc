@@ -388,6 +388,14 @@ TEST(SiebMeyerWrittenForm, EveryProgramStatesItsAxesAndThatNothingIsScaledOrTurn
               ElementsAre("%%5000", "M49,FV1", "M49,NORA", "M49,NOSA", "X-2.002Y1.001T1"));
 }
 
+/// What SA alone scales is written as what M93 scales: no control has to read it in one way.
+TEST(SiebMeyerWrittenForm, AScaleThatIsAssumedIsWrittenAsOneThatIsStated) {
+  const Outcome assumed = outcome_of("M49,SAX1000.Y1000.\nX10.Y20.T1\nX30.Y40.\n");
+  const Outcome stated = outcome_of("M49,SAX1000.Y1000.\nX10.Y20.T1M93\nX30.Y40.\n");
+  EXPECT_EQ(assumed.lines, stated.lines);
+  EXPECT_THAT(assumed.lines, testing::IsSupersetOf({"M49,NOSA", "X10.01Y20.02T1", "X30.03Y40.04"}));
+}
+
 /// What is passed on as written keeps its meaning: the program goes on in the axes that it states.
 TEST(SiebMeyerWrittenForm, WritesInTheAxesThatTheSourceStates) {
   EXPECT_THAT(outcome_of("M47,A\nM49,FV3\nX1.Y2.T1\nX5.Y6.M56\n").lines,

@@ -2,11 +2,13 @@
 // Commands that move all coordinates of a program: scale, rotation, program zero and axis version.
 // The manual shows SA, SAZ, FA and their ends; numbers here follow from what its text says of them.
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/program/sieb_meyer/manual_run.h"
+#include "tests/support/matchers.h"
 
 namespace panelcal {
 namespace {
@@ -15,16 +17,17 @@ using Eigen::Vector2d;
 using test::expect_places;
 using test::expect_refused;
 using test::format_5000;
+using test::FunctionSource;
 using test::hole_places;
+using test::IsNearMatrix;
 using test::Places;
 using test::ProgramRun;
 using test::run_5000;
 using test::run_program;
 using test::steps_of;
 using test::SubprogramFolder;
-using testing::Contains;
-using testing::HasSubstr;
-using testing::Not;
+using testing::ElementsAre;
+using testing::IsEmpty;
 
 /// SAX3.Y100. is 3 um and 100 um per metre about SAZX200.Y400.
 Vector2d scaled(const Vector2d& p_mm) {
@@ -67,14 +70,75 @@ TEST(SiebMeyerScaling, NosaEndsTheScaleAndForgetsTheCentre) {
   expect_places(hole_places(run), {{10, 10}, {1000.003, 10.001}});
 }
 
-/// NOSMDS makes M92 and M93 decide; the manual does not say what holds before either.
-TEST(SiebMeyerScaling, RefusesAScaleOfWhichNobodySaysWhereItHolds) {
-  const ProgramRun run = run_program(format_5000("M49,SAX3.Y100.\nX1.Y1.T1\nX2.Y2.\n"));
-  expect_refused(run, 3, {"M93"});
-  EXPECT_THAT(run.diagnostics, Contains(HasSubstr("error[scaling-undecided]")));
-  EXPECT_THAT(run.diagnostics, Not(Contains(HasSubstr("p.exc:4:")))) << "once is enough";
-  // Targets need the answer as well.
-  expect_refused(run_program(format_5000("M49,SAX3.\nX1.Y1.G32\nG31\n")), 3, {"M93"});
+std::vector<std::string> of_scaling(const ProgramRun& run) {
+  std::vector<std::string> briefs;
+  for (const std::string& text : run.diagnostics) {
+    if (text.find("[scaling-") != std::string::npos) {
+      briefs.push_back(text.substr(0, text.find("]") + 1));
+    }
+  }
+  return briefs;
+}
+
+/// "The scaling commands can be used for limiting the scaling function to certain program
+/// sections": SA that none of them limits scales. The warning comes once, at the first coordinate.
+TEST(SiebMeyerScaling, SaAloneScalesWithAWarning) {
+  const ProgramRun run =
+      run_5000("M49,SAX3.Y100.\nM49,SAZX200.Y400.\nX1.Y1.T1\nX2.Y2.\nX3.Y3.M92\nX4.Y4.M93\n");
+  expect_places(hole_places(run), {scaled({1, 1}), scaled({2, 2}), {3, 3}, scaled({4, 4})});
+  EXPECT_THAT(of_scaling(run), ElementsAre("p.exc:4:1: warning[scaling-assumed]"));
+}
+
+/// Whatever has a place: targets, probes, contours and areas, also where no hole comes first.
+TEST(SiebMeyerScaling, AllPlacesOfSaAloneAreScaledWithAWarning) {
+  const char* const kBodies[] = {"X1.Y1.G32\nG31\n",
+                                 "X1.Y1.G73\n",
+                                 "X1.Y1.M58D4.\n",
+                                 "X1.Y1.T0T1\nX2.Y1.G1F1.\nX2.Y1.T0\n",
+                                 "X9.Y9.T0T1\nX9.Y9.G45R5.\nX9.Y9.T0\n",
+                                 "X5.Y5.T1G84R3.\n"};
+  for (const char* body : kBodies) {
+    const ProgramRun run = run_5000("M49,SAX3.Y100.\n" + std::string(body));
+    EXPECT_THAT(of_scaling(run), ElementsAre("p.exc:3:1: warning[scaling-assumed]")) << body;
+  }
+  WalkOptions keeping;
+  keeping.slots = Cycles::Kept;
+  EXPECT_THAT(of_scaling(run_5000("M49,SAX3.Y100.\nX1.Y1.T1G85\nX9.Y1.\n", keeping)),
+              ElementsAre("p.exc:4:1: warning[scaling-assumed]"));
+  FunctionSource source([](const MeasurementRequest& request) { return request.nominal.in_mm(); });
+  run_5000("M49,SAX1000.Y\nX100.Y1.G32\nG31\n", {}, source);
+  ASSERT_EQ(source.requests().size(), 1U);
+  EXPECT_THAT(source.requests()[0].nominal.in_mm(), IsNearMatrix(Vector2d(100.1, 1), 1e-9));
+}
+
+/// Nothing is assumed where M93, M92 or NOSA decide before the first coordinate, nor of a scale
+/// of 1.
+TEST(SiebMeyerScaling, NothingIsAssumedWhereTheProgramDecides) {
+  for (const char* body : {"M49,SAX3.Y100.\nX1.Y1.T1M93\nX2.Y2.\n",
+                           "M49,SAX3.Y100.\nX1.Y1.T1M92\nX2.Y2.M93\n",
+                           "M93\nM49,SAX3.Y100.\nX1.Y1.T1\n",
+                           "M49,SAX3.Y100.\nM49,NOSA\nX1.Y1.T1\n",
+                           "M49,SAX0Y0\nX1.Y1.T1\n"}) {
+    EXPECT_THAT(of_scaling(run_5000(body)), IsEmpty()) << body;
+  }
+}
+
+/// M93 behind such coordinates says that they were not meant to be scaled: no reading is safe.
+TEST(SiebMeyerScaling, RefusesM93BehindCoordinatesThatSaAloneScales) {
+  const ProgramRun run = run_program(format_5000("M49,SAX3.Y100.\nX1.Y1.T1\nX2.Y2.M93\nX3.Y3.\n"));
+  EXPECT_THAT(
+      of_scaling(run),
+      ElementsAre("p.exc:3:1: warning[scaling-assumed]", "p.exc:4:1: error[scaling-undecided]"));
+  // Behind NOSA the next SA begins anew.
+  const ProgramRun anew =
+      run_5000("M49,SAX1000.Y\nX100.YT1\nM49,NOSA\nX100.Y\nM49,SAX2000.Y\nX100.YM93\n");
+  expect_places(hole_places(anew), {{100.1, 0}, {100, 0}, {100.2, 0}});
+}
+
+/// A section that SA alone scales is scaled in every copy, and its end may end the scale.
+TEST(SiebMeyerScaling, SaAloneScalesCopies) {
+  const ProgramRun run = run_5000("M49,SAX1000.Y\nX10.YT1M31\nXYM50\nX100.YM50M30M92\nX10.Y5.\n");
+  expect_places(hole_places(run), {{10.01, 0}, {110.11, 0}, {10, 5}});
 }
 
 TEST(SiebMeyerScaling, RefusesScalesThatNoBoardHas) {
@@ -104,12 +168,12 @@ TEST(SiebMeyerScaling, FaPutsProgramZeroToAPlaceOnTheMachine) {
   const ProgramRun run =
       run_5000("X1.Y1.T1\nM49,FAX123.432Y256.753\nX1.Y1.\nM49,NOFA\nX1.Y1.\n", options);
   EXPECT_THAT(steps_of(run),
-              testing::ElementsAre("tool 1",
-                                   "drill 1 (101, 201)",
-                                   "work zero (123.432, 256.753)",
-                                   "drill 1 (124.432, 257.753)",
-                                   "work zero (100, 200)",
-                                   "drill 1 (101, 201)"));
+              ElementsAre("tool 1",
+                          "drill 1 (101, 201)",
+                          "work zero (123.432, 256.753)",
+                          "drill 1 (124.432, 257.753)",
+                          "work zero (100, 200)",
+                          "drill 1 (101, 201)"));
   expect_refused(run_program(format_5000("M49,FAX5.\nX1.Y1.T1\n")), 2, {"FAX#Y#"});
 }
 
@@ -131,9 +195,9 @@ TEST(SiebMeyerScaling, FvSaysWhereTheAxesPoint) {
 TEST(SiebMeyerScaling, FvMayBeginAProgramThatOffsetsWithoutBracketsRepeat) {
   const std::string moved = "X10.Y3.T1\nXYM50\nX100.YM50\n";
   expect_places(hole_places(run_5000("(AXES)\nM49,FV2\n" + moved)), {{3, 10}, {3, 110}});
-  EXPECT_THAT(steps_of(run_5000("M49,FV2\n" + moved)),
-              testing::ElementsAre(
-                  "setting M49,FV2", "tool 1 [0]", "drill 1 (3, 10) [0]", "drill 1 (3, 110) [1]"));
+  EXPECT_THAT(
+      steps_of(run_5000("M49,FV2\n" + moved)),
+      ElementsAre("setting M49,FV2", "tool 1 [0]", "drill 1 (3, 10) [0]", "drill 1 (3, 110) [1]"));
   // Behind what is repeated, another copy would begin in other axes.
   expect_refused(run_program(format_5000("M47,A\nM49,FV2\n" + moved)), 3, {"brackets"});
 }
