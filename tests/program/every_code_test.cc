@@ -235,6 +235,9 @@ void see_sieb_meyer(Collector& collector) {
                                   std::string("M49,SAX3.Y100.\nX1.Y1.T1\nX2.Y2.M93\n")}) {
     collector.see_5000(body);
   }
+  WalkOptions layers;
+  layers.sieb_meyer.measurement_mode = 3;
+  collector.see("%%5000\nX1.Y1.G33\nG39,REQCOMP\nX1.Y1.T1\n$\nT1D1.F3.\n$\n", layers);
 }
 
 void see_surfaces(Collector& collector) {

@@ -196,9 +196,14 @@ void Interpreter::run_block(const Block& block) {
   run_order(block, *order);
   if (std::exchange(skips_surface_, false)) update_cut();
   if (holds_once && order->incremental) modal_.incremental = was_incremental;
-  needs_care_ = scaling_.is_set() || !areas_.empty() || surface_.has_grid() || surface_.is_on() ||
-                doubts_control_;
+  update_care();
   if (trial_ != nullptr && trial_->is_over()) emitter_.stop_executing();
+}
+
+/// What a hole in a line of its own may depend on besides its place.
+void Interpreter::update_care() {
+  needs_care_ = scaling_.is_set() || !areas_.empty() || surface_.has_grid() || surface_.is_on() ||
+                doubts_control_ || optical_.is_assumed_on();
 }
 
 /// The order of things in one line: what holds for the coordinate first, then the coordinate, then

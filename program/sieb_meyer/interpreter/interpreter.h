@@ -133,6 +133,7 @@ class Interpreter {
   void run_line(const SourceLine& line);
   bool run_plain_lines(std::size_t end);
   void run_block(const Block& block);
+  void update_care();
   void run_order(const Block& block, const Order& order);
   void prepare(const Block& block, const Order& order);
   bool holds_only(const Block& block, const Order& order, std::uint32_t known);
@@ -180,6 +181,7 @@ class Interpreter {
   void drill_text(const Block& block, bool upwards);
   std::optional<double> tool_diameter_mm(const Block& block);
   bool has_tool(int line);
+  bool may_work(int line);
 
   // rout.cc
   void position(const Block& block, const Order& order);

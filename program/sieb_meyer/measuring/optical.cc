@@ -8,6 +8,28 @@
 #include <fmt/format.h>
 
 namespace panelcal::sieb_meyer {
+namespace {
+
+/// Greatest distance of the deviations of one target's layers, mm.
+double spread_of(std::span<const FitPoint> layers) {
+  double spread_mm = 0;
+  for (const FitPoint& layer : layers) {
+    for (const FitPoint& other : layers) {
+      const Eigen::Vector2d apart_mm = (layer.measured.position.in_mm() - layer.nominal.in_mm()) -
+                                       (other.measured.position.in_mm() - other.nominal.in_mm());
+      spread_mm = std::max(spread_mm, apart_mm.norm());
+    }
+  }
+  return spread_mm;
+}
+
+int n_equations(std::span<const FitPoint> points) {
+  int n = 0;
+  for (const FitPoint& point : points) n += point.axes == ObservedAxes::Both ? 2 : 1;
+  return n;
+}
+
+}  // namespace
 
 OpticalSession::OpticalSession(Measuring& measuring,
                                const WalkOptions& options,
@@ -119,13 +141,7 @@ std::optional<SeriesAssignment> OpticalSession::settle_points() {
 
 /// One point of all layers: their mean, and how far they are apart.
 void OpticalSession::close_layers() {
-  for (const FitPoint& layer : layers_) {
-    for (const FitPoint& other : layers_) {
-      const Eigen::Vector2d apart_mm = (layer.measured.position.in_mm() - layer.nominal.in_mm()) -
-                                       (other.measured.position.in_mm() - other.nominal.in_mm());
-      spread_mm_ = std::max(spread_mm_, apart_mm.norm());
-    }
-  }
+  spread_mm_ = std::max(spread_mm_, spread_of(layers_));
   points_.push_back(mean_of_layers(layers_, options_.uncertainty));
   layers_.clear();
 }
@@ -181,10 +197,54 @@ SeriesResult OpticalSession::new_series(CorrectionLevel level, const TargetPlace
   return series;
 }
 
-int OpticalSession::n_equations() const {
-  int n = 0;
-  for (const FitPoint& point : points_) n += point.axes == ObservedAxes::Both ? 2 : 1;
-  return n;
+/// Fits the points that wait and the layers of a target that is not finished. All go on waiting.
+std::size_t OpticalSession::fit_waiting(const TargetPlace& place) {
+  if (n_requested_ > 0 && n_requested_ < measurements_.size()) {
+    reporter_.report(Code::CorrectionAssumed,
+                     place.line,
+                     1,
+                     fmt::format("the targets since line {} count again, as G39,REQCOMP does not "
+                                 "use them up",
+                                 first_line_),
+                     "G34 before the next targets, if those before it are not to count");
+  }
+  SeriesResult series = new_series(CorrectionLevel::Base, place);
+  series.assignment = settle_points();
+  series.measurements = measurements_;
+  const bool has_lost = !std::ranges::all_of(
+      series.measurements, [this](std::size_t i) { return measuring_.is_found(i); });
+  note_measured(series.measurements);
+  std::vector<FitPoint> points = points_;
+  double spread_mm = spread_mm_;
+  if (!layers_.empty()) {
+    points.push_back(mean_of_layers(layers_, options_.uncertainty));
+    spread_mm = std::max(spread_mm, spread_of(layers_));
+  }
+  const int n = n_equations(points);
+  const PanelModel usual = default_model_of_equations(n, options_.sieb_meyer.fits_scale);
+  series.model =
+      n <= 2 ? PanelModel::Offset
+             : model_at_most(options_.model.value_or(usual), n, options_.sieb_meyer.fits_scale);
+  if (spread_mm > 0) series.layer_spread = mm(spread_mm);
+  return measuring_.fit(std::move(series),
+                        has_lost ? std::span<const FitPoint>() : std::span(points));
+}
+
+/// Precondition: base_ is set
+void OpticalSession::put_in_force(int line) {
+  requested_.reset();
+  pattern_.nested.reset();
+  is_on_ = true;
+  measuring_.activate(*base_, line);
+}
+
+/// No later fit counts what was measured until now.
+void OpticalSession::forget_waiting() {
+  points_.clear();
+  measurements_.clear();
+  layers_.clear();
+  spread_mm_ = 0;
+  n_requested_ = 0;
 }
 
 void OpticalSession::calculate(const TargetPlace& place) {
@@ -204,25 +264,10 @@ void OpticalSession::calculate(const TargetPlace& place) {
     return;
   }
   if (!points_.empty()) {
-    SeriesResult series = new_series(CorrectionLevel::Base, place);
-    series.assignment = settle_points();
-    series.measurements = std::exchange(measurements_, {});
-    const bool has_lost = !std::ranges::all_of(
-        series.measurements, [this](std::size_t i) { return measuring_.is_found(i); });
-    note_measured(series.measurements);
-    const int n = n_equations();
-    const PanelModel usual = default_model_of_equations(n, options_.sieb_meyer.fits_scale);
-    series.model =
-        n <= 2 ? PanelModel::Offset
-               : model_at_most(options_.model.value_or(usual), n, options_.sieb_meyer.fits_scale);
-    if (spread_mm_ > 0) series.layer_spread = mm(std::exchange(spread_mm_, 0));
-    const std::vector<FitPoint> points = std::exchange(points_, {});
-    base_ = measuring_.fit(std::move(series),
-                           has_lost ? std::span<const FitPoint>() : std::span(points));
+    base_ = fit_waiting(place);
+    forget_waiting();
   }
-  pattern_.nested.reset();
-  is_on_ = true;
-  measuring_.activate(*base_, place.line);
+  put_in_force(place.line);
 }
 
 void OpticalSession::turn_off(std::int64_t i_block) {
@@ -231,6 +276,7 @@ void OpticalSession::turn_off(std::int64_t i_block) {
   ++n_turned_off_;
   if (is_second) return clear();
   is_on_ = false;
+  requested_.reset();
   measuring_.corrections().clear_base();
 }
 
@@ -238,12 +284,9 @@ void OpticalSession::clear() {
   settle_points();
   is_on_ = false;
   base_.reset();
-  pattern_.nested.reset();
-  points_.clear();
-  measurements_.clear();
+  requested_.reset();
+  forget_waiting();
   note_measured({});
-  layers_.clear();
-  spread_mm_ = 0;
   pattern_ = {};
   ++n_turned_off_;
   measuring_.corrections().clear_base();
@@ -273,11 +316,12 @@ void OpticalSession::end_copy(int line) {
 }
 
 void OpticalSession::end_program(int line) {
-  if (measurements_.empty() || measuring_.must_stop()) return;
+  if (measurements_.size() == n_requested_ || measuring_.must_stop()) return;
+  const int first_line = measuring_.measurement(measurements_[n_requested_]).request.line;
   reporter_.report(Code::SeriesUnfinished,
                    line,
                    1,
-                   fmt::format("no command uses the measurements since line {}", first_line_),
+                   fmt::format("no command uses the measurements since line {}", first_line),
                    "G31 behind the last target");
 }
 

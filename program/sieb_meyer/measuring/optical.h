@@ -54,10 +54,14 @@ class OpticalSession {
   /// G30; `i_block` counts the blocks, since two in a row clear as well.
   void turn_off(std::int64_t i_block);
   void clear();  // G34
-  /// G39; SPOP.. take what was measured last, calculated or not. `step` is the number of the
-  /// pattern's copy, which SAVE, LOAD and CLEAR mean without one of their own. True: an order for
-  /// the machine, to be passed on.
+  /// G39; SPOP.. take what was measured last, calculated or not; REQCOMP (mode 3) puts in force the
+  /// fit of all layers since G31. `step` is the number of the pattern's copy, which SAVE, LOAD and
+  /// CLEAR mean without one of their own. True: an order for the machine, to be passed on.
   bool organize(const Block& block, int step, const TargetPlace& place);
+  /// True while a stroke would be the first under a correction that G31 has not turned on.
+  bool is_assumed_on() const { return requested_.has_value(); }
+  /// Warns of such a stroke in this line.
+  void note_stroke(int line);
   /// A pattern's own offset ends with its copy; until then it holds for the copies inside as well.
   void begin_copy();
   void end_copy(int line);
@@ -76,6 +80,12 @@ class OpticalSession {
     std::vector<std::int64_t> copies;
     bool has_number = false;  ///< the program named it
     int line = 0;
+  };
+
+  /// A correction that G39,REQCOMP has put in force.
+  struct Request {
+    int line = 0;
+    std::size_t n_open_layers = 0;  ///< of a target that no G33 has finished
   };
 
   /// The points that G36 has measured in a copy, and the offset that was fitted to them.
@@ -97,7 +107,9 @@ class OpticalSession {
   void close_layers();
   std::optional<SeriesAssignment> settle_points();
   SeriesResult new_series(CorrectionLevel level, const TargetPlace& place) const;
-  int n_equations() const;
+  std::size_t fit_waiting(const TargetPlace& place);
+  void put_in_force(int line);
+  void forget_waiting();
 
   // optical_orders.cc
   void note_measured(std::vector<std::size_t> measurements);
@@ -106,6 +118,7 @@ class OpticalSession {
   void forget_corrections_of_last();
   std::optional<OffsetCorrection> deviation_of_last(const Block& block, bool& is_lost);
   bool move_offset(const Block& block, const OffsetOrder& order, const TargetPlace& place);
+  void request_correction(const Block& block, const TargetPlace& place);
   void save(const Block& block, int slot, bool has_number, const TargetPlace& place);
   void load(const Block& block, int slot, const TargetPlace& place);
 
@@ -122,6 +135,8 @@ class OpticalSession {
   std::vector<std::size_t> unsettled_;     ///< of points_: may be chosen among candidates
   int first_line_ = 0;
   double spread_mm_ = 0;
+  std::size_t n_requested_ = 0;  ///< of measurements_: G39,REQCOMP has fitted them already
+  std::optional<Request> requested_;
   std::vector<std::size_t> last_measurements_;  ///< that were calculated from, or moved an offset
   std::optional<OffsetCorrection> last_deviation_;  ///< theirs, once requested
   std::int64_t n_looks_ = 0;

@@ -66,15 +66,60 @@ bool OpticalSession::organize(const Block& block, int step, const TargetPlace& p
     return refuse(fmt::format("SPOF# with a spindle from 1 to {}", kMostSpindles));
   }
   if (text == "REQCOMP") {
-    reporter_.report(Code::NotSupported,
-                     block.line,
-                     block.argument_column,
-                     quoted(block.text) + " takes a correction that only the camera computer knows",
-                     "G32 and G31");
-    measuring_.stop();
+    request_correction(block, place);
     return false;
   }
   return refuse("SAVE, LOAD, CLEAR, DELALL, SPOP, SPOP1, SPOP2, SPISPI, SPOF# or REQCOMP");
+}
+
+/// "Get correction value from the camera computer (requirement: measurement mode = 3)" (manual,
+/// G39). The vision system that has seen the layers is ours: its value is the fit of all that it
+/// has seen so far, also of a target that G33 has not finished. It is in force, as what G39,LOAD
+/// gets; the points go on waiting for G31.
+void OpticalSession::request_correction(const Block& block, const TargetPlace& place) {
+  const auto refuse = [&](Code code, std::string what, std::string expected) {
+    reporter_.report(
+        code, block.line, block.column, quoted(block.text) + what, std::move(expected));
+    measuring_.stop();
+  };
+  if (mode_ != 3) {
+    return refuse(Code::CommandMisplaced,
+                  fmt::format(" needs measurement mode 3, not {}", mode_),
+                  "[vision] mode = 3 (manual, 9, G39), or G31");
+  }
+  const bool has_waiting = !points_.empty() || !layers_.empty();
+  if (!has_waiting && !base_) {
+    return refuse(Code::CorrectionMissing, " without measurements", "G32 before it");
+  }
+  const bool is_in_force =
+      !has_waiting && is_on_ && !pattern_.nested && measuring_.corrections().base_series == base_;
+  if (is_in_force) return;
+  if (has_waiting) {
+    base_ = fit_waiting(place);
+    n_requested_ = measurements_.size();
+  }
+  put_in_force(block.line);
+  requested_ = {block.line, layers_.size()};
+}
+
+/// Whether the correction is on behind G39,REQCOMP the manual does not say, nor whether layers
+/// count that no G33 has finished.
+void OpticalSession::note_stroke(int line) {
+  const auto request = std::exchange(requested_, std::nullopt);
+  if (!request) return;
+  const bool is_open = request->n_open_layers > 0;
+  const std::string open_text =
+      is_open ? fmt::format(", with {} layer{} of a target that no G33 finishes",
+                            request->n_open_layers,
+                            request->n_open_layers == 1 ? "" : "s")
+              : "";
+  reporter_.report(
+      Code::CorrectionAssumed,
+      line,
+      1,
+      fmt::format(
+          "G39,REQCOMP of line {} is taken to turn the correction on{}", request->line, open_text),
+      is_open ? "G33 for its last layer, and G31" : "G31 behind it");
 }
 
 void OpticalSession::note_measured(std::vector<std::size_t> measurements) {
@@ -169,9 +214,7 @@ bool OpticalSession::move_offset(const Block& block,
                                  const TargetPlace& place) {
   settle_points();
   if (!measurements_.empty()) note_measured(std::exchange(measurements_, {}));
-  points_.clear();
-  layers_.clear();
-  spread_mm_ = 0;
+  forget_waiting();
   if (!options_.moves_offset) {
     measuring_.report_not_calibrated(block.line, block.column, block.text);
     return true;
@@ -246,6 +289,7 @@ void OpticalSession::load(const Block& block, int slot, const TargetPlace& place
     return;
   }
   base_ = set.base;
+  requested_.reset();
   pattern_.nested = set.nested;
   is_on_ = true;
   measuring_.corrections().clear_base();
