@@ -98,8 +98,10 @@ class Board:
             x, y = (point[axis] - origin[axis] for axis in (0, 1))
             return (x / NM_PER_MM, (y if options.mirrored else -y) / NM_PER_MM)
 
-        return [(folder / name, [Hole(hole.diameter / NM_PER_MM, in_file(hole.start), in_file(hole.end)) for hole in holes])
-                for name, holes in wanted.items()]
+        def in_mm(hole):
+            return Hole(hole.diameter / NM_PER_MM, in_file(hole.start), in_file(hole.end))
+
+        return [(folder / name, list(map(in_mm, holes))) for name, holes in wanted.items()]
 
 
 def hole_of(pad):

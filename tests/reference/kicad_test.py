@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""KiCad's demo boards in 32 combinations of KiCad's export options: panelcal, the second reading of Excellon programs and
-the boards' own pads and vias have the same holes.
+"""KiCad's demo boards in 32 combinations of KiCad's export options: panelcal, the second reading of Excellon programs
+and the boards' own pads and vias have the same holes.
 
     kicad_test.py PANELCAL [--share 1] [unittest options]
 
@@ -112,8 +112,8 @@ def without_each_other(found, wanted, reach_mm):
 def check_board(output, wanted, options):
     extra, missing = without_each_other(drilled(output), wanted, options.step_mm() / 2 + RESOLUTION_MM)
     if extra or missing:
-        raise Difference(f'{len(extra)} holes that the board has not: {extra[:3]}; {len(missing)} of the board that are '
-                         f'missing: {missing[:3]}')
+        raise Difference(f'{len(extra)} holes that the board has not: {extra[:3]}; '
+                         f'{len(missing)} of the board that are missing: {missing[:3]}')
 
 
 def chosen(i_board):
