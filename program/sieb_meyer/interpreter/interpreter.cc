@@ -197,7 +197,7 @@ void Interpreter::run_block(const Block& block) {
   if (std::exchange(skips_surface_, false)) update_cut();
   if (holds_once && order->incremental) modal_.incremental = was_incremental;
   update_care();
-  if (trial_ != nullptr && trial_->is_over()) emitter_.stop_executing();
+  emitter_.stop_after(trial_);
 }
 
 /// What a hole in a line of its own may depend on besides its place.
