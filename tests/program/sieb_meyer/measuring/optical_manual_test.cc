@@ -25,8 +25,6 @@ using test::run_5000;
 using test::shifted;
 using test::steps_of;
 using testing::Contains;
-using testing::ElementsAre;
-using testing::IsEmpty;
 
 constexpr double kRounding_mm = 1e-6;
 
@@ -401,124 +399,6 @@ TEST(ManualG39, ClearedValuesAreGone) {
         "X10.Y10.G32\nG31\nG39,SAVE7\nG34\n" + std::string(clear) + "\nG39,LOAD7\nX50.Y50.T1\n"));
     test::expect_refused(run, 7, {"LOAD7", "saved"});
   }
-}
-
-// --- G39,REQCOMP ---------------------------------------------------------------------------------
-
-/// "Requirement: measurement mode = 3".
-WalkOptions mode_3() {
-  WalkOptions options;
-  options.sieb_meyer.measurement_mode = 3;
-  return options;
-}
-
-/// The n-th target is found this far to the right.
-FunctionSource shifted_in_turn(std::vector<double> shifts_mm) {
-  return FunctionSource([shifts_mm](const MeasurementRequest& request) -> Vector2d {
-    return request.nominal.in_mm() +
-           Vector2d(shifts_mm.at(static_cast<std::size_t>(request.seq)), 0);
-  });
-}
-
-std::vector<std::string> assumed_in(const ProgramRun& run) {
-  std::vector<std::string> places;
-  for (const std::string& text : run.diagnostics) {
-    const auto end = text.find(": warning[correction-assumed]");
-    if (end != std::string::npos) places.push_back(text.substr(0, end));
-  }
-  return places;
-}
-
-/// "Get correction value from the camera computer": the fit of the targets that it has seen, in
-/// force until G30 as behind G39,LOAD.
-TEST(ManualReqcomp, TurnsOnTheFitOfTheLayersSoFar) {
-  FunctionSource source = shifted_in_turn({0.1, 0.3});
-  const ProgramRun run =
-      run_5000("X10.Y10.G32\nX10.Y10.G33\nG39,REQCOMP\nX50.Y60.T1\nX60.Y60.\nG30\nX70.Y60.\n",
-               mode_3(),
-               source);
-  expect_places(corrected_places(run), {{50.2, 60}, {60.2, 60}, {70, 60}}, kRounding_mm);
-  EXPECT_THAT(assumed_in(run), ElementsAre("p.exc:5:1"));
-
-  FunctionSource crooked = board(kCrooked);
-  const ProgramRun turned = run_5000(
-      "X10.Y10.G33\nX210.Y160.G33\nG39,REQCOMP\nX50.Y60.T0T1\nX70.Y80.G1F1.\nX70.Y80.T0\nG30\n",
-      mode_3(),
-      crooked);
-  ASSERT_EQ(turned.survey.series.size(), 1U);
-  EXPECT_EQ(turned.survey.series[0].model, PanelModel::Rigid);
-  EXPECT_THAT(assumed_in(turned), ElementsAre("p.exc:5:1"));
-}
-
-/// Layers count although no G33 has finished their target, and again when it has.
-TEST(ManualReqcomp, CountsLayersOfAnUnfinishedTarget) {
-  FunctionSource source = shifted_in_turn({0.1, 0.3, 0.8});
-  const ProgramRun run = run_5000(
-      "X10.Y10.G32\nX10.Y10.G32\nG39,REQCOMP\nX50.Y60.T1\nX10.Y10.G33\nG31\nX60.Y60.\nG30\n",
-      mode_3(),
-      source);
-  expect_places(corrected_places(run), {{50.2, 60}, {60.4, 60}}, kRounding_mm);
-  EXPECT_THAT(assumed_in(run), ElementsAre("p.exc:5:1", "p.exc:7:1"));
-  ASSERT_EQ(run.survey.series.size(), 2U);
-  EXPECT_NEAR(run.survey.series[0].layer_spread->in_mm(), 0.2, 1e-9);
-  EXPECT_NEAR(run.survey.series[1].layer_spread->in_mm(), 0.7, 1e-9);
-}
-
-/// A second value counts the targets of the first one too, and those behind G34 alone do not.
-TEST(ManualReqcomp, CountsAllTargetsSinceG34) {
-  const std::string begin = "X10.Y10.G33\nG39,REQCOMP\n";
-  const std::string far = "X110.Y10.G33\nG39,REQCOMP\nX50.Y60.T1\nG30\n";
-  FunctionSource alike = shifted_in_turn({0.2, 0.2});
-  const ProgramRun all = run_5000(begin + far, mode_3(), alike);
-  expect_places(corrected_places(all), {{50.2, 60}}, kRounding_mm);
-  EXPECT_EQ(all.survey.series.at(1).measurements, (std::vector<std::size_t>{0, 1}));
-  EXPECT_THAT(assumed_in(all), ElementsAre("p.exc:5:1", "p.exc:6:1"));
-  FunctionSource anew = shifted_in_turn({0.2, 0.5});
-  const ProgramRun last = run_5000(begin + "G34\n" + far, mode_3(), anew);
-  expect_places(corrected_places(last), {{50.5, 60}}, kRounding_mm);
-  EXPECT_THAT(assumed_in(last), ElementsAre("p.exc:7:1"));
-}
-
-/// No other reading drills elsewhere: G31 calculates the same, or has done so; G39,LOAD turns on.
-TEST(ManualReqcomp, NeedsNoWarningWhereAllReadingsAgree) {
-  for (const char* orders :
-       {"G39,REQCOMP\nG31\n", "G31\nG39,REQCOMP\n", "G39,REQCOMP\nG39,SAVE1\nG34\nG39,LOAD1\n"}) {
-    FunctionSource source = shifted_in_turn({0.1, 0.3});
-    const ProgramRun run = run_5000(
-        "X10.Y10.G32\nX10.Y10.G33\n" + std::string(orders) + "X50.Y60.T1\nG30\n", mode_3(), source);
-    expect_places(corrected_places(run), {{50.2, 60}}, kRounding_mm);
-    EXPECT_THAT(assumed_in(run), IsEmpty()) << orders;
-  }
-  // Off again, and on by G39,REQCOMP alone.
-  FunctionSource source = shifted_in_turn({0.1, 0.3});
-  const ProgramRun again = run_5000(
-      "X10.Y10.G32\nX10.Y10.G33\nG31\nG30\nG39,REQCOMP\nX50.Y60.T1\nG30\n", mode_3(), source);
-  expect_places(corrected_places(again), {{50.2, 60}}, kRounding_mm);
-  EXPECT_THAT(assumed_in(again), ElementsAre("p.exc:7:1"));
-}
-
-/// Each copy has the value of its own layers; the warning comes once.
-TEST(ManualReqcomp, MayStandInSections) {
-  FunctionSource source([](const MeasurementRequest& request) -> Vector2d {
-    return request.nominal.in_mm() + Vector2d(0.1 * (request.path[0] + 1), 0);
-  });
-  const ProgramRun run = run_5000(
-      "M31\nG34\nX10.Y10.G32\nX10.Y10.G33\nG39,REQCOMP\nX20.Y30.T1\nXYM50\nX100.YM50M30\nG30\n",
-      mode_3(),
-      source);
-  expect_places(corrected_places(run), {{20.1, 30}, {120.2, 30}}, kRounding_mm);
-  EXPECT_THAT(assumed_in(run), ElementsAre("p.exc:7:1"));
-}
-
-/// Targets behind it that nothing fits are reported as behind G31.
-TEST(ManualReqcomp, LeavesNoTargetBehindItUnused) {
-  const ProgramRun run = test::run_program(
-      test::format_5000("X10.Y10.G33\nG39,REQCOMP\nX50.Y60.T1\nX90.Y10.G33\nG30\nX60.Y60.\n"),
-      mode_3());
-  EXPECT_TRUE(run.has_errors);
-  EXPECT_THAT(run.texts,
-              Contains(testing::AllOf(testing::HasSubstr("error[series-unfinished]"),
-                                      testing::HasSubstr("since line 5"))));
 }
 
 // --- G35, M75 ------------------------------------------------------------------------------------
