@@ -232,9 +232,12 @@ void see_sieb_meyer(Collector& collector) {
                                   std::string("X1.Y1.T1Z2.G81I4.5P20J1.2W500\n"),
                                   std::string("X1.Y1.M58D4.\nX1.Y1.T1\n"),
                                   std::string("M49,QQQ\n"),
-                                  std::string("M49,SAX3.Y100.\nX1.Y1.T1\n")}) {
+                                  std::string("M49,SAX3.Y100.\nX1.Y1.T1\nX2.Y2.M93\n")}) {
     collector.see_5000(body);
   }
+  WalkOptions layers;
+  layers.sieb_meyer.measurement_mode = 3;
+  collector.see("%%5000\nX1.Y1.G33\nG39,REQCOMP\nX1.Y1.T1\n$\nT1D1.F3.\n$\n", layers);
 }
 
 void see_surfaces(Collector& collector) {

@@ -358,6 +358,7 @@ void Interpreter::surface_order(const Block& block, const Order& order) {
     return report(Code::CoordinateMissing, block, quoted(block.text), "X#Y# of the place to probe");
   }
   if (has_place && !emitter_.count_target(block.line)) return;
+  if (has_place) note_scaling(block.line);
   const auto pass = [&](SurfaceOrderKind kind) {
     if (surface_.must_stop()) return;
     const std::optional<Eigen::Vector2d> at_mm =

@@ -18,8 +18,19 @@ bool Interpreter::has_tool(int line) {
   return false;
 }
 
+/// Every stroke and every move for one: false and an error without a tool, or where it is not
+/// certain how deep to go. Warns where it is taken to be certain where to go.
+bool Interpreter::may_work(int line) {
+  if (!has_tool(line) || !is_decided(line)) return false;
+  if (optical_.is_assumed_on()) {
+    optical_.note_stroke(line);
+    update_care();
+  }
+  return true;
+}
+
 void Interpreter::drill(int line, const Eigen::Vector2d& at_mm) {
-  if (!has_tool(line) || !is_decided(line)) {
+  if (!may_work(line)) {
     emitter_.count_operations(1, line);
     return;
   }
@@ -126,6 +137,7 @@ void Interpreter::end_pattern(const Block& block, const Order& order) {
           !emitter_.follows_map()) {
         const auto whole = nibbled_slot(pattern.first_mm, second_mm, *diameter_mm, nibbling_);
         if (!whole) return refuse(whole.error(), "");
+        if (!may_work(block.line)) return;
         judge_control(block.line);
         return emitter_.slot(block.line, pattern.first_mm, second_mm, whole->size());
       }

@@ -156,6 +156,7 @@ void Interpreter::area(const Block& block, const Order& order) {
   if (!order.rounding_mm || *order.rounding_mm <= 0) {
     return report(Code::ArgumentInvalid, block, quoted(block.text), "M58D# with the edge's length");
   }
+  note_scaling(block.line);
   const auto center = place_.placement(position_mm<frame::Programmed>(modal_.at_mm));
   const double half_mm = *order.rounding_mm / 2;
   const bool is_known = std::ranges::any_of(areas_, [&](const ForbiddenArea& known) {

@@ -196,9 +196,14 @@ void Interpreter::run_block(const Block& block) {
   run_order(block, *order);
   if (std::exchange(skips_surface_, false)) update_cut();
   if (holds_once && order->incremental) modal_.incremental = was_incremental;
-  needs_care_ = scaling_.is_set() || !areas_.empty() || surface_.has_grid() || surface_.is_on() ||
-                doubts_control_;
+  update_care();
   emitter_.stop_after(trial_);
+}
+
+/// What a hole in a line of its own may depend on besides its place.
+void Interpreter::update_care() {
+  needs_care_ = scaling_.is_set() || !areas_.empty() || surface_.has_grid() || surface_.is_on() ||
+                doubts_control_ || optical_.is_assumed_on();
 }
 
 /// The order of things in one line: what holds for the coordinate first, then the coordinate, then
@@ -223,8 +228,7 @@ void Interpreter::prepare(const Block& block, const Order& order) {
       ended_ = true;
       return;
     }
-    scaling_.is_on = order.is_scaled;
-    refresh_placement();
+    switch_scaling(block, *order.is_scaled);
   }
   if (order.incremental) modal_.incremental = *order.incremental;
   if (order.feed_m_min) modal_.feed = mm_per_s(*order.feed_m_min * 1000 / 60);

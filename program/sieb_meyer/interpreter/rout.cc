@@ -61,7 +61,7 @@ void Interpreter::position(const Block& block, const Order& order) {
   contour_ = Contour::Positioned;
   takes_surface_late_ = false;
   if (order.side) modal_.side = *order.side;
-  if (!has_place || !has_tool(block.line) || !is_decided(block.line)) return;
+  if (!has_place || !may_work(block.line)) return;
   if (was == Contour::Figures && modal_.at_mm == before_mm) return;
   if (was != Contour::None && machine_at_mm_ == modal_.at_mm) return;
   emitter_.move(block.line, modal_.at_mm);
@@ -130,7 +130,7 @@ void Interpreter::rout(const Block& block, const Order& order) {
   const Eigen::Vector2d from_mm = modal_.at_mm;
   const double from_step_mm = modal_.at_step_mm;
   move_to(order);
-  if (!has_tool(block.line) || !is_decided(block.line)) return;
+  if (!may_work(block.line)) return;
   if (modal_.at_mm == from_mm && !is_first && (order.z_mm || order.k_mm || order.depth_control)) {
     // Only deeper or higher, where the cutter stands (the example of G82 and G83).
     flush_piece(nullptr);
@@ -417,7 +417,7 @@ void Interpreter::figure(const Block& block, const Order& order) {
   if (is_plunged_) emitter_.put(block.line, Retract{});
   is_plunged_ = false;
   contour_ = Contour::Figures;
-  if (!has_tool(block.line) || !is_decided(block.line)) return;
+  if (!may_work(block.line)) return;
   if (follows_figure && modal_.at_mm == before_mm) {
     return report(Code::RoutRepeated,
                   block,

@@ -48,6 +48,17 @@ std::optional<std::size_t> OpticalSession::look(const TargetPlace& target,
 }
 
 void OpticalSession::measure(const TargetPlace& target) {
+  if (requested_) {
+    reporter_.report(Code::CommandMisplaced,
+                     target.line,
+                     1,
+                     fmt::format("{} measures a target behind {}, whose targets may count again",
+                                 code_text(target.command),
+                                 request_text()),
+                     "G31 or G34 before it");
+    measuring_.stop();
+    return;
+  }
   ObservedAxes axes = ObservedAxes::Both;
   if (mode_ == 5) {
     axes = seen_axis(target, target.command == Command::FinishMeasure);
@@ -187,42 +198,75 @@ int OpticalSession::n_equations() const {
   return n;
 }
 
+/// True and an error while G33 has not finished a target.
+bool OpticalSession::has_open_layers(std::string_view order, int line) {
+  if (layers_.empty()) return false;
+  reporter_.report(Code::SeriesUnfinished,
+                   line,
+                   1,
+                   fmt::format("{} comes after {} layers of a target", order, layers_.size()),
+                   "G33 for its last layer");
+  measuring_.stop();
+  return true;
+}
+
+/// Fits the points that wait, and uses them up.
+std::size_t OpticalSession::fit_waiting(const TargetPlace& place) {
+  SeriesResult series = new_series(CorrectionLevel::Base, place);
+  series.assignment = settle_points();
+  series.measurements = measurements_;
+  const bool has_lost = !std::ranges::all_of(
+      series.measurements, [this](std::size_t i) { return measuring_.is_found(i); });
+  note_measured(series.measurements);
+  const int n = n_equations();
+  const PanelModel usual = default_model_of_equations(n, options_.sieb_meyer.fits_scale);
+  series.model =
+      n <= 2 ? PanelModel::Offset
+             : model_at_most(options_.model.value_or(usual), n, options_.sieb_meyer.fits_scale);
+  if (spread_mm_ > 0) series.layer_spread = mm(spread_mm_);
+  const std::vector<FitPoint> points = std::exchange(points_, {});
+  forget_waiting();
+  return measuring_.fit(std::move(series),
+                        has_lost ? std::span<const FitPoint>() : std::span(points));
+}
+
+/// Precondition: base_ is set
+void OpticalSession::put_in_force(int line) {
+  pattern_.nested.reset();
+  is_on_ = true;
+  measuring_.activate(*base_, line);
+}
+
+/// No later fit counts what was measured until now.
+void OpticalSession::forget_waiting() {
+  points_.clear();
+  measurements_.clear();
+  layers_.clear();
+  spread_mm_ = 0;
+}
+
 void OpticalSession::calculate(const TargetPlace& place) {
-  if (!layers_.empty()) {
-    reporter_.report(Code::SeriesUnfinished,
-                     place.line,
-                     1,
-                     fmt::format("G31 comes after {} layers of a target", layers_.size()),
-                     "G33 for its last layer");
-    measuring_.stop();
-    return;
-  }
+  if (has_open_layers("G31", place.line)) return;
   if (points_.empty() && !base_) {
     reporter_.report(
         Code::CorrectionMissing, place.line, 1, "G31 without measurements", "G32 before it");
     measuring_.stop();
     return;
   }
-  if (!points_.empty()) {
-    SeriesResult series = new_series(CorrectionLevel::Base, place);
-    series.assignment = settle_points();
-    series.measurements = std::exchange(measurements_, {});
-    const bool has_lost = !std::ranges::all_of(
-        series.measurements, [this](std::size_t i) { return measuring_.is_found(i); });
-    note_measured(series.measurements);
-    const int n = n_equations();
-    const PanelModel usual = default_model_of_equations(n, options_.sieb_meyer.fits_scale);
-    series.model =
-        n <= 2 ? PanelModel::Offset
-               : model_at_most(options_.model.value_or(usual), n, options_.sieb_meyer.fits_scale);
-    if (spread_mm_ > 0) series.layer_spread = mm(std::exchange(spread_mm_, 0));
-    const std::vector<FitPoint> points = std::exchange(points_, {});
-    base_ = measuring_.fit(std::move(series),
-                           has_lost ? std::span<const FitPoint>() : std::span(points));
+  if (requested_ && base_ != requested_->i_series) {
+    reporter_.report(Code::CommandMisplaced,
+                     place.line,
+                     1,
+                     fmt::format("G31 comes behind {} and a G39,LOAD of other values, of which it "
+                                 "may mean either",
+                                 request_text()),
+                     "G31 or G34 before G39,LOAD");
+    measuring_.stop();
+    return;
   }
-  pattern_.nested.reset();
-  is_on_ = true;
-  measuring_.activate(*base_, place.line);
+  if (!points_.empty()) base_ = fit_waiting(place);
+  requested_.reset();
+  put_in_force(place.line);
 }
 
 void OpticalSession::turn_off(std::int64_t i_block) {
@@ -231,6 +275,7 @@ void OpticalSession::turn_off(std::int64_t i_block) {
   ++n_turned_off_;
   if (is_second) return clear();
   is_on_ = false;
+  if (requested_) requested_->is_assumed_on = false;
   measuring_.corrections().clear_base();
 }
 
@@ -238,12 +283,9 @@ void OpticalSession::clear() {
   settle_points();
   is_on_ = false;
   base_.reset();
-  pattern_.nested.reset();
-  points_.clear();
-  measurements_.clear();
+  requested_.reset();
+  forget_waiting();
   note_measured({});
-  layers_.clear();
-  spread_mm_ = 0;
   pattern_ = {};
   ++n_turned_off_;
   measuring_.corrections().clear_base();
@@ -274,10 +316,13 @@ void OpticalSession::end_copy(int line) {
 
 void OpticalSession::end_program(int line) {
   if (measurements_.empty() || measuring_.must_stop()) return;
+  const MeasurementRequest& first = measuring_.measurement(measurements_.front()).request;
   reporter_.report(Code::SeriesUnfinished,
                    line,
                    1,
-                   fmt::format("no command uses the measurements since line {}", first_line_),
+                   fmt::format("no command uses the measurements since line {}{}",
+                               first.line,
+                               first.file.empty() ? "" : " of " + first.file),
                    "G31 behind the last target");
 }
 

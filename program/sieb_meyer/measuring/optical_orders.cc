@@ -66,15 +66,60 @@ bool OpticalSession::organize(const Block& block, int step, const TargetPlace& p
     return refuse(fmt::format("SPOF# with a spindle from 1 to {}", kMostSpindles));
   }
   if (text == "REQCOMP") {
-    reporter_.report(Code::NotSupported,
-                     block.line,
-                     block.argument_column,
-                     quoted(block.text) + " takes a correction that only the camera computer knows",
-                     "G32 and G31");
-    measuring_.stop();
+    request_correction(block, place);
     return false;
   }
   return refuse("SAVE, LOAD, CLEAR, DELALL, SPOP, SPOP1, SPOP2, SPISPI, SPOF# or REQCOMP");
+}
+
+/// "Get correction value from the camera computer (requirement: measurement mode = 3)" (manual,
+/// G39). The vision system that has seen the targets is ours: its value is their fit, or the last
+/// one where no target came since. It is in force, as what G39,LOAD gets.
+void OpticalSession::request_correction(const Block& block, const TargetPlace& place) {
+  const auto refuse = [&](Code code, std::string what, std::string expected) {
+    reporter_.report(
+        code, block.line, block.column, quoted(block.text) + what, std::move(expected));
+    measuring_.stop();
+  };
+  if (mode_ != 3) {
+    return refuse(Code::CommandMisplaced,
+                  fmt::format(" needs measurement mode 3, not {}", mode_),
+                  "[vision] mode = 3 (manual, 9, G39), or G31");
+  }
+  if (has_open_layers("G39,REQCOMP", block.line)) return;
+  if (points_.empty()) {
+    if (!base_) return refuse(Code::CorrectionMissing, " without measurements", "G32 before it");
+    if (!is_made_of_last(*base_)) {
+      return refuse(Code::CommandMisplaced,
+                    " comes behind a correction that is not of the last targets",
+                    "G39,LOAD alone, which turns its values on, or a target between them");
+    }
+    const bool is_in_force =
+        is_on_ && !pattern_.nested && measuring_.corrections().base_series == base_;
+    if (is_in_force) return;
+  } else {
+    base_ = fit_waiting(place);
+  }
+  put_in_force(block.line);
+  requested_ = {block.line, reporter_.file(), *base_};
+}
+
+/// For messages: the order and its line, with the file where that is another one than theirs.
+/// Precondition: requested_ is set
+std::string OpticalSession::request_text() const {
+  const std::string text = fmt::format("G39,REQCOMP of line {}", requested_->line);
+  return requested_->file == reporter_.file() ? text : text + " of " + requested_->file;
+}
+
+/// Whether the correction is on behind G39,REQCOMP the manual does not say.
+void OpticalSession::note_stroke(int line) {
+  if (!is_assumed_on()) return;
+  requested_->is_assumed_on = false;
+  reporter_.report(Code::CorrectionAssumed,
+                   line,
+                   1,
+                   request_text() + " is taken to turn the correction on",
+                   "G31 behind it");
 }
 
 void OpticalSession::note_measured(std::vector<std::size_t> measurements) {
@@ -114,15 +159,16 @@ bool OpticalSession::may_move_offset(const Block& block) {
   return true;
 }
 
+/// Each target is of one base series at most, and the series of a pattern begin alike.
 bool OpticalSession::is_made_of_last(std::size_t i_series) const {
-  return std::ranges::any_of(measuring_.series(i_series).measurements, [&](std::size_t i) {
-    return std::ranges::find(last_measurements_, i) != last_measurements_.end();
-  });
+  return !last_measurements_.empty() &&
+         measuring_.series(i_series).measurements.front() == last_measurements_.front();
 }
 
 /// Neither G31 nor G39,LOAD may bring back a correction by what has become the offset's.
 void OpticalSession::forget_corrections_of_last() {
   if (base_ && is_made_of_last(*base_)) base_.reset();
+  if (requested_ && is_made_of_last(requested_->i_series)) requested_.reset();
   std::erase_if(saved_, [&](const auto& numbered) {
     const SavedSet& set = numbered.second;
     return (set.base && is_made_of_last(*set.base)) || (set.nested && is_made_of_last(*set.nested));
@@ -169,9 +215,7 @@ bool OpticalSession::move_offset(const Block& block,
                                  const TargetPlace& place) {
   settle_points();
   if (!measurements_.empty()) note_measured(std::exchange(measurements_, {}));
-  points_.clear();
-  layers_.clear();
-  spread_mm_ = 0;
+  forget_waiting();
   if (!options_.moves_offset) {
     measuring_.report_not_calibrated(block.line, block.column, block.text);
     return true;
@@ -246,6 +290,7 @@ void OpticalSession::load(const Block& block, int slot, const TargetPlace& place
     return;
   }
   base_ = set.base;
+  if (requested_) requested_->is_assumed_on = false;
   pattern_.nested = set.nested;
   is_on_ = true;
   measuring_.corrections().clear_base();

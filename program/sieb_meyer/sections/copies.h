@@ -30,10 +30,9 @@ struct CopyRow {
 struct SectionContent {
   bool measurements = false;  ///< by camera or probe, or perhaps by a subprogram
   bool calls = false;         ///< of subprograms
-  bool own_copies = false;    ///< that differ: an area, or their number in a text
-
-  bool feeds = false;     ///< F
-  bool old_feed = false;  ///< something is routed before the first F
+  bool own_copies = false;    ///< that differ: an area, a scale, a turn, or their number in a text
+  bool feeds = false;         ///< F
+  bool old_feed = false;      ///< something is routed before the first F
   /// Lines behind these.
   SectionContent& operator|=(const SectionContent& other);
 };

@@ -23,6 +23,14 @@ bool is_axis_version(std::string_view text) {
   return command && command->info->code == CncCode::AxisVersion;
 }
 
+/// A scale or a rotation begins, which acts on placed coordinates: no copy's places are those of
+/// another, moved by the offset. NOSA and NORA matter only where one was on before the section.
+bool scales_or_turns(std::string_view text) {
+  const auto command = find_cnc_command(text);
+  return command &&
+         (command->info->code == CncCode::Scale || command->info->code == CncCode::Rotation);
+}
+
 bool is_area(Command command) {
   return command == Command::CheckAreaX || command == Command::CheckAreaY ||
          command == Command::ForbiddenArea;
@@ -52,6 +60,7 @@ LineRole role_of(const Block& block) {
     if (*command == Command::CncCommand) {
       role.deletes_blocks = deletes_blocks(block.argument);
       role.states_axes = block.n_words == 1 && is_axis_version(block.argument);
+      role.has.own_copies |= scales_or_turns(block.argument);
     }
     if (is_area(*command)) role.has.own_copies = true;
     if (*command == Command::TextX || *command == Command::TextY) {

@@ -60,6 +60,7 @@ constexpr auto kForms = std::to_array<Form>({
     {"G35", "<G35,3\n>X0Y0G32\nG31\nX5.Y5.T1\n", Fate::Executed, ""},
     {"G36", "X5.Y5.T1<G36>\n", Fate::Executed, "X5.5Y5.25T1"},
     {"G39", "X0Y0G32\nG31\nG39,SAVE1\nG34\n<G39,LOAD1\n>X5.Y5.T1\n", Fate::Executed, "X5.5Y5.25T1"},
+    {"G39", "X0Y0G33\n<G39,REQCOMP\n>X5.Y5.T1\n", Fate::Executed, "X5.5Y5.25T1"},
     {"G40", "X0Y0T0T2\nX5.Y0G1G41\nX5.Y5.<G40>\nX5.Y5.T0\n", Fate::Written, "X5.Y5.G1G40"},
     {"G41", "X0Y0T0T2\nX5.Y0G1<G41>\nX5.Y0T0\n", Fate::Written, "X5.Y0.G1G41"},
     {"G42", "X0Y0T0T2\nX5.Y0G1<G42>\nX5.Y0T0\n", Fate::Written, "X5.Y0.G1G42"},
@@ -248,6 +249,8 @@ Outcome outcome_of(const std::string& body) {
   options.slots = Cycles::Kept;
   options.sieb_meyer.obeys_areas = true;
   options.sieb_meyer.surface_height = mm(3);
+  // G39,REQCOMP "requires measurement mode 3"; to one layer of a target all modes do the same.
+  if (body.find("REQCOMP") != std::string::npos) options.sieb_meyer.measurement_mode = 3;
   const bool is_whole = body.starts_with("%%");
   DiagnosticLog log;
   const Program program =
@@ -386,6 +389,14 @@ TEST(SiebMeyerWrittenForm, EveryProgramStatesItsAxesAndThatNothingIsScaledOrTurn
               ElementsAre("%%5000", "M49,FV2", "M49,NORA", "M49,NOSA", "X1.Y2.T1"));
   EXPECT_THAT(first_lines("M49,RA90\nM49,SAX1000.Y1000.\nX1.Y2.T1M93\n", 5),
               ElementsAre("%%5000", "M49,FV1", "M49,NORA", "M49,NOSA", "X-2.002Y1.001T1"));
+}
+
+/// What SA alone scales is written as what M93 scales: no control has to read it in one way.
+TEST(SiebMeyerWrittenForm, AScaleThatIsAssumedIsWrittenAsOneThatIsStated) {
+  const Outcome assumed = outcome_of("M49,SAX1000.Y1000.\nX10.Y20.T1\nX30.Y40.\n");
+  const Outcome stated = outcome_of("M49,SAX1000.Y1000.\nX10.Y20.T1M93\nX30.Y40.\n");
+  EXPECT_EQ(assumed.lines, stated.lines);
+  EXPECT_THAT(assumed.lines, testing::IsSupersetOf({"M49,NOSA", "X10.01Y20.02T1", "X30.03Y40.04"}));
 }
 
 /// What is passed on as written keeps its meaning: the program goes on in the axes that it states.

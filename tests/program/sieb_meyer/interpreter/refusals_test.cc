@@ -221,17 +221,19 @@ TEST(SiebMeyerRefuses, CameraCommandsInNestedSections) {
               HasSubstr("nest"), HasSubstr("section"), HasSubstr("G39"), HasSubstr("structure")))));
 }
 
-/// "Get correction value from the camera computer (requirement: measurement mode = 3)": of which
-/// layers, and whether it is on from there, the manual does not say.
-TEST(SiebMeyerRefuses, TheCorrectionOfTheCameraComputer) {
+/// "Get correction value from the camera computer (requirement: measurement mode = 3)".
+TEST(SiebMeyerRefuses, TheCorrectionOfTheCameraComputerInOtherModes) {
   WalkOptions options;
-  for (const int mode : {1, 3}) {
+  for (const int mode : {1, 2, 5}) {
     options.sieb_meyer.measurement_mode = mode;
-    expect_refused(
-        run_program(format_5000("X10.Y10.G32\nX10.Y10.G33\nG39,REQCOMP\nX1.Y1.T1\n"), options),
-        4,
-        {"REQCOMP"});
+    const ProgramRun run =
+        run_program(format_5000("X10.Y10.G32\nX10.Y10.G33\nG39,REQCOMP\nX1.Y1.T1\n"), options);
+    EXPECT_THAT(run.diagnostics, Contains("p.exc:4:1: error[command-misplaced]"));
+    expect_refused(run, 4, {"mode 3"});
   }
+  options.sieb_meyer.measurement_mode = 3;
+  EXPECT_THAT(run_program(format_5000("G39,REQCOMP\nX1.Y1.T1\n"), options).diagnostics,
+              Contains("p.exc:2:1: error[correction-missing]"));
 }
 
 /// "Max. 1000 correction values can be saved."

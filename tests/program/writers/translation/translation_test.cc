@@ -228,6 +228,18 @@ TEST(Translation, SectionsWhoseCopiesBeginWithAnotherToolAreExecuted) {
               testing::Not(HasSubstr("M25")));
 }
 
+/// Scale and rotation act on the places of the copies as well, so these are no pattern.
+TEST(Translation, SectionsThatScaleOrTurnThemselvesAreExecuted) {
+  const std::string copies = "X0Y0M50\nX200.Y0M50M30\nX9.Y9.\n";
+  EXPECT_THAT(same_work(sieb_meyer("M31\nM49,SAX1000.Y0\nX100.Y0T1M93\n" + copies)),
+              HasSubstr("X100.1Y0.0\nX300.3Y0.0\n"));
+  EXPECT_THAT(same_work(sieb_meyer("M31\n(TURN)\nM31\nM49,RA90.\nM30\nX100.Y0T1\n" + copies)),
+              HasSubstr("X0.0Y100.0\nX0.0Y300.0\n"));
+  // Nothing to end: the pattern remains one.
+  EXPECT_THAT(same_work(sieb_meyer("M31\nM49,NOSA\nM49,NORA\nX100.Y0T1\n" + copies)),
+              HasSubstr("M25"));
+}
+
 TEST(Translation, NamesWhatSiebMeyerHasAlone) {
   const Translation there = translate(
       sieb_meyer("M34\nX1.Y1.T1\nM20\nG89I1.J.5\nM47,&P!TURN BOARD\nM47,SOMETHING THAT IS LONGER\n"
