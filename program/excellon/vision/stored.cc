@@ -82,8 +82,7 @@ void VisionSession::refuse_kept(int line, std::string what) {
                    line,
                    1,
                    std::move(what),
-                   "one series in each copy of a pattern under M50, and M51 before a pattern with "
-                   "the same copies and M52 in it");
+                   "one series in each copy of a pattern under M50, and M51 ahead of patterns");
   measuring_.stop();
 }
 
@@ -92,15 +91,13 @@ std::optional<StoredCorrection> VisionSession::keep_stored(const Block& block,
                                                            Command command,
                                                            int number) {
   const bool is_advance = command == Command::AdvanceCorrections;
-  if (is_in_section_ != is_advance || (is_advance && !is_in_kept_pattern_)) {
-    refuse_kept(block.line,
-                quoted(block.text) +
-                    (is_in_section_ ? " in such a pattern" : " outside of patterns") +
-                    " has no form in a translation");
+  if (is_in_section_ && !is_advance) {
+    refuse_kept(block.line, quoted(block.text) + " in a pattern has no form in a translation");
     return std::nullopt;
   }
   if (command == Command::StoreCorrections) {
     kept_.erase(number);
+    kept_copies_.erase(number);
     recorded_label_ = number;
     store_under(number);
     return StoredCorrection{StoredCorrectionKind::RecordNext, number, {}, 0};
@@ -108,14 +105,43 @@ std::optional<StoredCorrection> VisionSession::keep_stored(const Block& block,
   if (command == Command::RewindCorrections) {
     rewind(block, number);
     rewound_label_ = number;
+    kept_pointer_ = n_used_ = 0;
     return StoredCorrection{StoredCorrectionKind::RewindNext, number, {}, 0};
   }
+  if (!is_in_kept_pattern_) return keep_replay(block, number);
   const auto step = pass_points(block, number);
   const auto kept = kept_.find(rewound_label_);
   if (!step || step->passed.empty() || kept == kept_.end()) return std::nullopt;
   StoredCorrection use = kept->second;
   use.kind = StoredCorrectionKind::Use;
+  use.n_passed = use.n_targets;
   return use;
+}
+
+/// M52 where each place has its own line: the points of all copies follow each other.
+std::optional<StoredCorrection> VisionSession::keep_replay(const Block& block, int n_points) {
+  refuse_unfinished(block.line, block.text);
+  const auto kept = kept_.find(rewound_label_);
+  if (kept == kept_.end()) return std::nullopt;
+  const int n_targets = kept->second.n_targets;
+  advance_line_ = block.line;
+  has_advanced_ = true;
+  kept_pointer_ += n_points;
+  // The memory has the points of one copy: they stand for the last one's.
+  if (kept_pointer_ == n_targets * kept_copies_[rewound_label_]) {
+    memory_.advance(memory_.points_left());
+  }
+  if (kept_pointer_ % n_targets != 0) return std::nullopt;
+  StoredCorrection use = kept->second;
+  use.kind = StoredCorrectionKind::Use;
+  use.copy = kept_pointer_ / n_targets;
+  use.n_passed = kept_pointer_ - std::exchange(n_used_, kept_pointer_);
+  return use;
+}
+
+void VisionSession::end_kept_pattern(std::size_t n_copies) {
+  is_in_kept_pattern_ = false;
+  if (memory_.is_recording()) kept_copies_[recorded_label_] = static_cast<int>(n_copies);
 }
 
 std::optional<StoredCorrection> VisionSession::keep_series(const TargetPlace& target,

@@ -336,7 +336,7 @@ bool Interpreter::obey_surface(const Block& block, const CncCommand& command) {
 /// A scale that was set, and nothing said about where it holds: either answer may be wrong. So it
 /// is with a depth below a surface that is not named.
 bool Interpreter::is_decided(int line) {
-  if (uses_surface() && surface_.reference().empty()) {
+  if (uses_surface() && surface_.reference().empty() && !keeps_structure()) {
     if (!std::exchange(reported_surface_, true)) {
       reporter_.report(Code::SurfaceMissing,
                        line,

@@ -122,6 +122,29 @@ class Interpreter {
     double half_mm = 0;
   };
 
+  /// A section that is passed on as such.
+  struct KeptSection {
+    int n_copies = 0;
+    bool has_series = false;                ///< by G31, in each copy
+    int n_targets = 0;                      ///< that each copy measures, by G32 and G36
+    std::optional<StoredCorrection> saved;  ///< by each copy
+    bool has_loaded = false;                ///< each copy has loaded its own
+  };
+  /// For translation: corrections as other languages know them.
+  struct KeptState {
+    std::vector<Position<frame::Nominal>> targets;  ///< that G31 will fit
+    int n_of_last = 0;  ///< targets of the last correction, if it was calculated
+    std::optional<std::int64_t> turned_off_in;  ///< the block of the last G30
+    std::optional<KeptSection> section;         ///< that is passed on
+    int n_labels = 0;
+    std::map<int, StoredCorrection> sets;  ///< by storage location, with the copy that saved them
+  };
+  /// G39 as another language says it.
+  struct KeptOrder {
+    std::string_view remedy;  ///< where it cannot; valid for ever
+    std::optional<StoredCorrection> stored;
+  };
+
   /// A subprogram that is being executed, or the program itself.
   struct Text {
     std::string_view bytes;
@@ -155,10 +178,6 @@ class Interpreter {
   void run_body(int i_section);
   void run_copies(int i_section);
   void run_copy(int i_section, const Modal& start);
-  void run_kept(int i_section);
-  bool is_kept(const Section& section) const;
-  bool has_offsets_inside(const Section& section) const;
-  bool begins_alike(const Section& section) const;
   void after_section(const Section& section);
   const Layout* called_layout(std::string_view name, bool deletes_blocks);
   bool may_call(const Block& block, const std::string& name);
@@ -248,12 +267,33 @@ class Interpreter {
 
   // optical.cc
   void optical_order(const Block& block, const Order& order);
-  void keep_optical_order(const Block& block, Command command);
-  void keep_set(const Block& block);
-  bool end_kept_sets(const Section& section, const std::vector<Placement>& copies);
-  void refuse_kept(const Block& block);
   void camera_text(const Block& block, Command command);
   TargetPlace target_place(const Block& block, Command command);
+
+  // kept.cc
+  void run_kept(int i_section);
+  bool is_kept(const Section& section) const;
+  bool has_offsets_inside(const Section& section) const;
+  bool organizes(const Section& section) const;
+  bool is_repeated() const;
+  bool begins_alike(const Section& section) const;
+  void pass_order(int line,
+                  std::string_view text,
+                  std::string_view remedy,
+                  const std::optional<Position<frame::Nominal>>& target = std::nullopt);
+  void keep_optical_order(const Block& block, Command command);
+  void keep_target(const Block& block, Command command, const Position<frame::Nominal>& nominal);
+  void keep_pattern_target(const Block& block, const Position<frame::Nominal>& nominal);
+  void keep_series(const Block& block);
+  void keep_end(const Block& block, Command command);
+  void keep_set(const Block& block);
+  KeptOrder save_of_copies(const std::optional<int>& location);
+  KeptOrder save_at(const std::optional<int>& location);
+  KeptOrder load_of_copies();
+  KeptOrder load_from(const std::optional<int>& location);
+  void clear_sets(const std::optional<int>& location);
+  void keep_surface_order(const Block& block, const Order& order, bool has_place);
+  void refuse_kept(const Block& block);
 
   void report(Code code, const Block& block, std::string what, std::string expected);
   /// The cutter is down, or will be for a piece that waits for the next one.
@@ -314,20 +354,9 @@ class Interpreter {
   std::vector<std::pair<FunctionKind, std::string_view>> waiting_events_;  ///< for the next piece
   std::int64_t n_blocks_ = 0;
   double step_mm_ = 0;                                  ///< rounding of the arc in hand
-  std::vector<Position<frame::Nominal>> kept_targets_;  ///< that G31 will fit; structure kept
-  /// Of the copies of a section, by G39,SAVE without a number; structure kept.
-  struct KeptSets {
-    int label = 0;  ///< counts the sections that save; 0: none has
-    int n_targets = 0;
-    std::vector<Placement> copies;
-  };
-  KeptSets kept_sets_;
-  bool is_in_kept_section_ = false;
-  int n_kept_series_ = 0;   ///< in this copy
-  int n_kept_targets_ = 0;  ///< of the last
-  bool has_saved_ = false;  ///< this section
-  bool has_loaded_ = false;
+  KeptState kept_;
   bool kept_offset_ = false;  ///< of the pattern (CAMA), which ends with its copy; structure kept
+  bool has_kept_grid_ = false;  ///< G78, G79; structure kept
 
   // Depths
   std::optional<double> z_mm_;

@@ -95,9 +95,10 @@ void ExcellonWriter::put(const Operation& operation) {
   note_place(operation);
   if (is_foreign() &&
       (n_open_patterns_ > 0 || std::holds_alternative<PatternBegin>(operation.what))) {
+    put_held(nullptr);
     return store(operation);
   }
-  put_now(operation);
+  if (!is_foreign() || !hold(operation)) put_now(operation);
 }
 
 void ExcellonWriter::put_now(const Operation& operation) {
@@ -121,6 +122,7 @@ void ExcellonWriter::put_now(const Operation& operation) {
 }
 
 void ExcellonWriter::end() {
+  put_held(nullptr);
   if (in_header_) close_header("M95");
   if (!has_end_) line("M30");
 }

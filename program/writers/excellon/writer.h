@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -75,7 +76,8 @@ class ExcellonWriter final : public ProgramWriter {
   void write(const Function& function);
   void write(const Setting& setting);
   void write(const ZeroSet& zero);
-  void write(const SurfaceOrder&) {}  // the refused depths are what it is for
+  void write(const OpticalOrder& order);
+  void write(const SurfaceOrder& order);
 
   // foreign.cc
   void put_foreign_header();
@@ -87,14 +89,33 @@ class ExcellonWriter final : public ProgramWriter {
   }
   void refuse_cut(const DepthOfCut& cut);
 
+  // stored_sets.cc
+  /// The orders in a pattern to keep and use corrections; null: none.
+  struct PatternSets {
+    const StoredCorrection* keep = nullptr;
+    const StoredCorrection* use = nullptr;  ///< each copy its own
+    bool uses_others = false;               ///< one of another copy, or outside of patterns
+  };
+  bool hold(const Operation& operation);
+  void put_held(const StoredCorrection* keep);
+  void use_stored(const StoredCorrection& stored);
+  void end_replay();
+  void note_base_series();
+  PatternSets sets_of(std::size_t begin, std::size_t end) const;
+  bool may_repeat_sets(const PatternSets& sets,
+                       std::size_t begin,
+                       std::size_t n_copies,
+                       bool can_repeat) const;
+  bool works_before_use(std::size_t begin) const;
+  bool measures_first(std::size_t begin) const;
+  bool is_superseded(std::size_t i, std::size_t end) const;
+
   // structure.cc
   void store(const Operation& operation);
   void put_stored(std::size_t begin, std::size_t end, const WorkMap& map);
   void put_pattern(std::size_t begin, std::size_t end, const std::vector<WorkMap>& copies);
   void close_pattern(const std::vector<WorkMap>& copies);
   void end_copy();
-  const StoredCorrection* stored_correction(std::size_t begin, std::size_t end) const;
-  bool works_before_use(std::size_t begin) const;
   void write(const PatternBegin& begin);
   void write(const PatternEnd& end);
   void write(const VisionSeries& series);
@@ -123,7 +144,14 @@ class ExcellonWriter final : public ProgramWriter {
 
   StoredOperations stored_;  ///< of an open pattern
   int n_open_patterns_ = 0;
-  bool has_nested_ = false;  ///< the other control drops it at the end of the copy
+  StoredOperations held_;              ///< a base series, and what came behind it
+  std::map<int, int> n_kept_copies_;   ///< that keep their corrections, by label
+  int executed_copy_ = 0;              ///< of a pattern that is not repeated, from 1
+  bool is_replaying_ = false;          ///< M52 has left points of a label
+  bool has_base_ = false;              ///< a correction may be in force
+  bool has_nested_ = false;            ///< the other control drops it at the end of the copy
+  bool has_outer_nested_ = false;      ///< the same, of the program round the pattern
+  bool has_grid_ = false;              ///< that the other control measures
   bool has_vision_tool_ = false;
   std::optional<int> series_size_;  ///< as $uvis,alg said last
   int algorithm_ = 0;               ///< Excellon's own

@@ -189,13 +189,19 @@ void SiebMeyerWriter::say_plane(char letter,
 
 /// The control does not know at the begin of a copy what it was told before the pattern.
 void SiebMeyerWriter::begin_depths_of_copy() {
+  begins_with_slm_ = depth_.is_slm;
   depth_.z.told.reset();
   depth_.k.told.reset();
   if (has_left_standard_) depth_.is_controlled.reset();
 }
 
-/// The second copy begins with what the first one ends with.
+/// The second copy begins with what the first one ends with. G71 is to hold at the end of a copy
+/// where it does at its begin (10.1).
 void SiebMeyerWriter::end_depths_of_copy() {
+  if (depth_.is_slm != begins_with_slm_) {
+    depth_.is_slm = begins_with_slm_;
+    line(depth_.is_slm ? "G71" : "G70");
+  }
   if (relies_on_standard_ && depth_.is_controlled != false) {
     line("G82");
     depth_.is_controlled = false;
@@ -220,6 +226,9 @@ void SiebMeyerWriter::end_depths_of_copy() {
 void SiebMeyerWriter::write(const SurfaceOrder& order) {
   if (is_foreign()) return;
   up_at_.reset();
+  if (order.kind == SurfaceOrderKind::Switch) return say_surface_line(order.cut);
+  if (order.kind == SurfaceOrderKind::GridReference) return probe_grid(order, "G78");
+  if (order.kind == SurfaceOrderKind::GridPoint) return probe_grid(order, "G79");
   const bool uses_surface =
       order.kind != SurfaceOrderKind::ClearMemory && order.kind != SurfaceOrderKind::StoreGrid;
   if (uses_surface && !std::exchange(depth_.is_slm, true)) line("G71");
@@ -240,7 +249,23 @@ void SiebMeyerWriter::write(const SurfaceOrder& order) {
       return line(memory);
     case SurfaceOrderKind::ClearMemory:
       return line("G72");
+    case SurfaceOrderKind::Switch:
+    case SurfaceOrderKind::GridReference:
+    case SurfaceOrderKind::GridPoint:
+      return;  // above
   }
+}
+
+/// "Whether a through hole stroke or depth hole stroke is carried out" decides G83 with its K.
+/// Source SIEB & MEYER CNC 8x.00 Command Set, 10.2, G79
+void SiebMeyerWriter::probe_grid(const SurfaceOrder& order, std::string_view command) {
+  say_surface_line(order.cut);
+  const std::string_view tool = std::exchange(probing_tool_, {});
+  open_line(order.place->commanded.in_mm());
+  line_ += tool;
+  line_ += command;
+  say_depth(order.cut, false);
+  finish_line();
 }
 
 void SiebMeyerWriter::probe(const SurfaceOrder& order, std::string_view command) {

@@ -111,7 +111,8 @@ void SiebMeyerWriter::write(const PatternBegin&) {
   say_tool();
   line("M31");
   ++n_open_patterns_;
-  cancels_ahead_ = restores_in_pattern_ = false;
+  cancels_ahead_ = works_behind_cancel_ = false;
+  restores_in_pattern_ = has_worked_ahead_ = false;
   up_at_.reset();
   feed_.reset();
   begin_depths_of_copy();
@@ -140,6 +141,7 @@ void SiebMeyerWriter::write(const PatternEnd& end) {
   }
   line_ += "M30";
   finish_line();
+  refuse_offset_that_goes_on(copies.size());
   --n_open_patterns_;
   up_at_.reset();
   feed_.reset();
@@ -149,20 +151,44 @@ void SiebMeyerWriter::write(const PatternEnd& end) {
     refuse(fmt::format("corrections of {} copies", copies.size()),
            fmt::format("at most {}", kBoardLocation - 1));
   }
-  keeps_copies_ = has_kept_ = false;
+  keeps_copies_ = has_kept_ = has_whole_ = cancels_ahead_ = works_behind_cancel_ = false;
   // The offset of a pattern ends with its copy; Excellon's goes on until it is cancelled.
   if (nested_ == Nested::InForce) nested_ = Nested::Ended;
   if (nested_ == Nested::Cancelled) nested_ = Nested::None;
 }
 
+/// The nested correction of a copy holds in the next one until that measures its own.
+void SiebMeyerWriter::refuse_offset_that_goes_on(std::size_t n_copies) {
+  const bool goes_on = nested_ == Nested::InForce && n_nested_targets_ > 0 && n_copies > 1;
+  if (!goes_on || !has_worked_ahead_) return;
+  refuse("a place ahead of the target (G45) in a pattern, under the correction of the copy before",
+         "G47 at the pattern's end");
+}
+
 // --- vision ------------------------------------------------------------------------------------
+
+/// In the language itself the orders are passed on as they are.
+/// Source SIEB & MEYER CNC 8x.00 Command Set, 9
+void SiebMeyerWriter::write(const OpticalOrder& order) {
+  if (is_foreign()) return;
+  up_at_.reset();
+  if (!order.target) return line(order.text);
+  if (order.text == "G36") switch_pattern_mode(true);
+  finish_line();
+  append_point(order.target->in_mm(), "XY");
+  line_ += order.text;
+  finish_line();
+}
 
 /// Targets are looked for where they are nominally, so a correction in force is cleared first.
 /// Source SIEB & MEYER CNC 8x.00 Command Set, 9, G31 to G34
 void SiebMeyerWriter::write(const VisionSeries& series) {
+  if (!is_foreign()) return;
   if (series.level == CorrectionLevel::Nested) return write_nested(series);
-  if (n_open_patterns_ > 0 && restores_in_pattern_) {
-    refuse("a base series behind G47 in its pattern", "G47 before the pattern");
+  if (n_open_patterns_ > 0 && (restores_in_pattern_ || has_whole_)) {
+    refuse(restores_in_pattern_ ? "a base series behind G47 in its pattern"
+                                : "a base series behind a nested one in its pattern",
+           restores_in_pattern_ ? "G47 before the pattern" : "the base series first");
   }
   if (has_base_ || n_open_patterns_ > 0 || is_replaced_) line("G34");
   measure_targets(series);
@@ -188,28 +214,41 @@ bool SiebMeyerWriter::may_be_whole(const VisionSeries& series) const {
   return series.targets.size() > 2 || (series.targets.size() == 2 && n_board <= 2);
 }
 
-/// A nested series of several targets whose correction the copy keeps. This control nests no more
-/// than an offset, but what it fits to the same targets, from where they are nominally, is the
-/// copy's whole correction. The board's is in force before, so that targets are found.
+/// A nested series of several targets. This control nests no more than an offset, but what it fits
+/// to the same targets, from where they are nominally, is the whole correction. The board's is in
+/// force before, so that targets are found; in a pattern the copy before may have replaced it.
 void SiebMeyerWriter::write_whole(const VisionSeries& series) {
-  if (cancels_ahead_) refuse_cancel_ahead();
+  if (works_behind_cancel_) refuse_cancel_ahead();
   switch_pattern_mode(false);
-  is_replaced_ = true;
+  save_board();
+  is_replaced_ |= n_open_patterns_ > 0;
   restore_board();
   measure_targets(series);
   is_replaced_ = true;
-  ++n_nested_targets_;
+  has_whole_ = n_open_patterns_ > 0;
 }
 
-/// In the first copy there may be nothing to cancel, in the second there is.
+/// In the first copy there may be nothing to cancel, in the second there is, and places between it
+/// and the targets need that.
 void SiebMeyerWriter::refuse_cancel_ahead() {
-  refuse("G47 ahead of the targets in a pattern that stores its corrections",
+  refuse("G47 ahead of the targets in a pattern whose copies have their own corrections",
          "G47 before the pattern, or at its end");
+}
+
+/// Keeps the base correction, once, while it is in force.
+void SiebMeyerWriter::save_board() {
+  if (!has_base_ || is_replaced_ || std::exchange(is_board_saved_, true)) return;
+  is_saved_with_offset_ = nested_ == Nested::InForce;
+  line(fmt::format("G39,SAVE{}", kBoardLocation));
 }
 
 /// Puts the base correction in force where that of a copy has replaced it.
 void SiebMeyerWriter::restore_board() {
   if (!std::exchange(is_replaced_, false)) return;
+  if (has_base_ && is_saved_with_offset_) {
+    refuse("the base correction behind a nested one (G45) that was in force with it",
+           "G47 ahead of other nested corrections");
+  }
   line(has_base_ ? fmt::format("G39,LOAD{}", kBoardLocation) : "G34");
   up_at_.reset();
   restores_in_pattern_ = n_open_patterns_ > 0;
@@ -218,23 +257,22 @@ void SiebMeyerWriter::restore_board() {
 /// All targets of a copy give one offset, so that a second series would change the first.
 /// Source SIEB & MEYER CNC 8x.00 Command Set, 9, G36 (CAMA)
 void SiebMeyerWriter::write_nested(const VisionSeries& series) {
-  if (keeps_copies_ && n_nested_targets_ == 0 && may_be_whole(series)) return write_whole(series);
-  if (is_foreign() && series.targets.size() > 1) {
+  const bool may_save = keeps_copies_ || n_open_patterns_ == 0;
+  if (may_save && n_nested_targets_ == 0 && may_be_whole(series)) return write_whole(series);
+  if (series.targets.size() > 1) {
     return refuse(fmt::format("a nested series of {} targets", series.targets.size()),
-                  "one target (G45): the offset of a pattern is all that SIEB & MEYER nests");
+                  "one target (G45): an offset is all that SIEB & MEYER nests");
   }
-  if (is_foreign() && n_nested_targets_ > 0) {
+  if (n_nested_targets_ > 0) {
     return refuse("a second nested correction", "one for each copy of a pattern");
   }
   restore_board();
   switch_pattern_mode(true);
-  for (const Position<frame::Nominal>& target : series.targets) {
-    finish_line();
-    append_point(target.in_mm(), "XY");
-    line_ += "G36";
-    ++n_nested_targets_;
-  }
   finish_line();
+  append_point(series.targets.front().in_mm(), "XY");
+  line_ += "G36";
+  finish_line();
+  n_nested_targets_ = 1;
   nested_ = Nested::InForce;
   up_at_.reset();
 }
@@ -247,16 +285,17 @@ void SiebMeyerWriter::write(const TargetHole& hole) {
 }
 
 void SiebMeyerWriter::write(const CancelCorrection& cancel) {
+  if (!is_foreign()) return;
   if (cancel.level == CorrectionLevel::Base) {
     line("G34");  // drops the nested one as well
     has_base_ = is_board_saved_ = is_replaced_ = false;
     nested_ = Nested::None;
-  } else if (keeps_copies_ && n_open_patterns_ > 0 && !has_kept_) {
-    cancels_ahead_ = true;
-    nested_ = Nested::None;
-    if (is_replaced_) refuse_cancel_ahead();
   } else if (nested_ == Nested::InForce) {
     nested_ = Nested::Cancelled;
+  } else if (keeps_copies_ && n_open_patterns_ > 0 && !has_whole_ && !has_kept_) {
+    cancels_ahead_ = !is_replaced_;
+    nested_ = Nested::None;
+    restore_board();
   } else if (is_replaced_) {
     restore_board();
   } else {
@@ -267,13 +306,12 @@ void SiebMeyerWriter::write(const CancelCorrection& cancel) {
 /// A copy keeps its correction, board's and pattern's together, in the location of its own number.
 /// Source SIEB & MEYER CNC 8x.00 Command Set, 9, G39
 void SiebMeyerWriter::write(const StoredCorrection& stored) {
+  if (!is_foreign()) return;
   switch (stored.kind) {
     case StoredCorrectionKind::RecordNext:
+    case StoredCorrectionKind::NestNext:
       keeps_copies_ = true;
-      if (has_base_ && !is_replaced_ && !std::exchange(is_board_saved_, true)) {
-        line(fmt::format("G39,SAVE{}", kBoardLocation));
-      }
-      return;
+      return save_board();
     case StoredCorrectionKind::RewindNext:
       return;
     case StoredCorrectionKind::Keep:
@@ -285,6 +323,7 @@ void SiebMeyerWriter::write(const StoredCorrection& stored) {
   }
 }
 
+/// Outside of patterns what is loaded replaces the board's correction until it is cancelled.
 void SiebMeyerWriter::use_stored(const StoredCorrection& stored) {
   if (kept_label_ != stored.label) {
     return refuse(
@@ -293,12 +332,13 @@ void SiebMeyerWriter::use_stored(const StoredCorrection& stored) {
   }
   const bool is_nested = stored.level == CorrectionLevel::Nested;
   const bool is_offset = is_nested && stored.n_targets == 1;
-  if (is_foreign()) switch_pattern_mode(is_offset);
-  line("G39,LOAD");
+  const bool ends_with_copy = is_offset && n_open_patterns_ > 0;
+  switch_pattern_mode(is_offset);
+  line("G39,LOAD" + (stored.copy > 0 ? std::to_string(stored.copy) : ""));
   up_at_.reset();
-  nested_ = is_offset ? Nested::InForce : Nested::None;
+  nested_ = ends_with_copy ? Nested::InForce : Nested::None;
   if (is_nested) {
-    is_replaced_ = !is_offset;
+    is_replaced_ = !ends_with_copy;
   } else {
     n_board_targets_ = static_cast<std::size_t>(stored.n_targets);
     has_base_ = true;
@@ -319,6 +359,8 @@ void SiebMeyerWriter::switch_pattern_mode(bool is_on) {
 
 /// An offset of a pattern holds for the rest of its copy and no longer.
 void SiebMeyerWriter::refuse_under_nested() {
+  has_worked_ahead_ |= n_nested_targets_ == 0 && !has_whole_;
+  works_behind_cancel_ |= cancels_ahead_;
   if (nested_ == Nested::Cancelled) {
     refuse("a place behind G47 in the pattern of its nested correction",
            "G47 at the pattern's end");

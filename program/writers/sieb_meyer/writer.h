@@ -128,6 +128,7 @@ class SiebMeyerWriter final : public ProgramWriter {
   void end_depths_of_copy();
   void write(const SurfaceOrder& order);
   void probe(const SurfaceOrder& order, std::string_view command);
+  void probe_grid(const SurfaceOrder& order, std::string_view command);
 
   // writer.cc
   void drill_line(const Eigen::Vector2d& at_mm, const DepthOfCut& cut, std::string_view command);
@@ -159,13 +160,16 @@ class SiebMeyerWriter final : public ProgramWriter {
   void write(const CancelCorrection& cancel);
   void write(const StoredCorrection& stored);
   void write(const VisionTool& tool);
+  void write(const OpticalOrder& order);
   void write_nested(const VisionSeries& series);
   bool may_be_whole(const VisionSeries& series) const;
   void write_whole(const VisionSeries& series);
   void measure_targets(const VisionSeries& series);
   void use_stored(const StoredCorrection& stored);
+  void save_board();
   void restore_board();
   void refuse_cancel_ahead();
+  void refuse_offset_that_goes_on(std::size_t n_copies);
   void switch_pattern_mode(bool is_on);
   void refuse_under_nested();
 
@@ -192,6 +196,7 @@ class SiebMeyerWriter final : public ProgramWriter {
   int plane_tool_ = -1;              ///< the last of them
   std::set<int> map_tools_;          ///< offset unknown, and set to zero
   bool has_left_standard_ = false;   ///< G83 was said
+  bool begins_with_slm_ = false;     ///< the open pattern: G71 held at its begin
   bool relies_on_standard_ = false;  ///< in an open pattern, without saying G82
   bool ends_contour_ = false;        ///< the last T0 line
   std::string_view probing_tool_;    ///< of the next line that probes: T0, TD
@@ -203,15 +208,19 @@ class SiebMeyerWriter final : public ProgramWriter {
   bool has_base_ = false;  ///< a correction may be in force
   // Of a source in Excellon, whose nested series become corrections of the copies by themselves:
   std::size_t n_board_targets_ = 0;  ///< of the last base correction
-  bool keeps_copies_ = false;        ///< the next pattern, or the open one, keeps its corrections
-  bool has_kept_ = false;            ///< the open one does
-  bool cancels_ahead_ = false;       ///< the open pattern, of its series that it keeps
+  bool keeps_copies_ = false;   ///< the next pattern, or the open one, has such series or keeps them
+  bool has_kept_ = false;       ///< the open one has kept its copies' corrections
+  bool has_whole_ = false;      ///< the open one has measured them
+  bool cancels_ahead_ = false;  ///< the open one, of them
+  bool works_behind_cancel_ = false;
   bool restores_in_pattern_ = false;
-  bool is_board_saved_ = false;    ///< the base correction
-  bool is_replaced_ = false;       ///< by that of a copy
-  std::optional<int> kept_label_;  ///< of the corrections in the copies' locations
+  bool is_board_saved_ = false;        ///< the base correction
+  bool is_saved_with_offset_ = false;  ///< with a nested one that was in force
+  bool is_replaced_ = false;           ///< by that of a copy
+  std::optional<int> kept_label_;      ///< of the corrections in the copies' locations
   Nested nested_ = Nested::None;
-  int n_nested_targets_ = 0;          ///< in this copy of the pattern: they count together
+  int n_nested_targets_ = 0;  ///< of offsets in this copy of the pattern: they count together
+  bool has_worked_ahead_ = false;     ///< of them, in the open pattern
   std::optional<bool> pattern_mode_;  ///< CAMA, NOCAMA
 };
 
