@@ -92,10 +92,12 @@ void ExcellonWriter::end_replay() {
 
 /// The other control looks where the correction in force puts the targets; G35 and G36 are
 /// "relative to the current work zero" (CNC-7 manual).
+void ExcellonWriter::lose_looking() {
+  lose_once("looking for targets where the correction in force puts them");
+}
+
 void ExcellonWriter::note_base_series() {
-  if (std::exchange(has_base_, true)) {
-    lose_once("looking for targets where the correction in force puts them (G32 under G31)");
-  }
+  if (std::exchange(has_base_, true)) lose_looking();
   is_replaying_ = false;
 }
 

@@ -39,7 +39,11 @@ void ExcellonWriter::put_stored(std::size_t begin, std::size_t end, const WorkMa
   for (std::size_t i = begin; i < end; ++i) {
     if (!std::holds_alternative<PatternBegin>(stored_[i].what)) {
       note_place(stored_[i]);
-      if (!is_superseded(i, end)) put_now(carried(stored_[i], map, targets, moved));
+      if (is_superseded(i, end)) {
+        lose_looking();
+      } else {
+        put_now(carried(stored_[i], map, targets, moved));
+      }
       continue;
     }
     const std::size_t inner = i + 1;

@@ -100,6 +100,7 @@ class ExcellonWriter final : public ProgramWriter {
   void put_held(const StoredCorrection* keep);
   void use_stored(const StoredCorrection& stored);
   void end_replay();
+  void lose_looking();
   void note_base_series();
   PatternSets sets_of(std::size_t begin, std::size_t end) const;
   bool may_repeat_sets(const PatternSets& sets,

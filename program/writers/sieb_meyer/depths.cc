@@ -109,6 +109,11 @@ bool SiebMeyerWriter::needs_surface_line(const DepthOfCut& cut) const {
 /// where both were said, G82 or G83 is said again.
 void SiebMeyerWriter::say_surface_line(const DepthOfCut& cut) {
   if (!needs_surface_line(cut)) return;
+  if (is_bracketed_by_slm()) {
+    return refuse("a change of surface detection (G70, G71, G77, G82) in a section that begins "
+                  "under G71",
+                  "G70 before the section, and G71 in it");
+  }
   depth_.is_slm = cut.control == DepthControl::Slm;
   if (!depth_.is_slm) {
     line("G70");
@@ -139,6 +144,7 @@ void SiebMeyerWriter::say_surface_line_of_contour(const DepthOfCut& cut) {
 /// Source SIEB & MEYER CNC 8x.00 Command Set, 8.2, G6, G82, G83
 void SiebMeyerWriter::say_depth(const DepthOfCut& cut, bool is_ramp) {
   if (needs_surface_line(cut)) {
+    if (is_bracketed_by_slm()) return;  // refused before
     return refuse("a change of surface detection (G70, G71) inside a contour",
                   "it before a T0 line");
   }
@@ -195,13 +201,10 @@ void SiebMeyerWriter::begin_depths_of_copy() {
   if (has_left_standard_) depth_.is_controlled.reset();
 }
 
-/// The second copy begins with what the first one ends with. G71 is to hold at the end of a copy
-/// where it does at its begin (10.1).
+/// The second copy begins with what the first one ends with. "If surface detection is programmed
+/// with Step-and-Repeat, it has to be activated and deactivated" (10.1).
 void SiebMeyerWriter::end_depths_of_copy() {
-  if (depth_.is_slm != begins_with_slm_) {
-    depth_.is_slm = begins_with_slm_;
-    line(depth_.is_slm ? "G71" : "G70");
-  }
+  if (!begins_with_slm_ && std::exchange(depth_.is_slm, false)) line("G70");
   if (relies_on_standard_ && depth_.is_controlled != false) {
     line("G82");
     depth_.is_controlled = false;

@@ -115,6 +115,7 @@ class SiebMeyerWriter final : public ProgramWriter {
   bool may_be_plane(const DepthOfCut& cut, Length z);
   void zero_offset();
   void note_offset_use(std::set<int>& tools, const std::set<int>& others);
+  bool is_bracketed_by_slm() const { return n_open_patterns_ > 0 && begins_with_slm_; }
   bool needs_surface_line(const DepthOfCut& cut) const;
   void say_surface_line(const DepthOfCut& cut);
   void say_surface_line_of_contour(const DepthOfCut& cut);
