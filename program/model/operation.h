@@ -306,7 +306,10 @@ struct StoredCorrection {
   StoredCorrectionKind kind = StoredCorrectionKind::Keep;
   int label = 0;
   CorrectionLevel level = CorrectionLevel::Base;  ///< of Keep and Use
-  int n_targets = 0;                              ///< likewise: of the copy's series
+  int n_targets = 0;                              ///< likewise: of all series of the copy
+  /// Likewise: the nested correction is an offset, on top of the copy's own base correction if that
+  /// has targets as well.
+  bool is_offset = false;
   /// Of Use: the copy that has kept it, from 1; 0: each copy of a pattern uses its own.
   int copy = 0;
   int n_passed = 0;  ///< of Use in Excellon: targets that the pointer passes on its way there

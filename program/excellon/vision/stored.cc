@@ -111,7 +111,9 @@ std::optional<StoredCorrection> VisionSession::keep_stored(const Block& block,
   if (!is_in_kept_pattern_) return keep_replay(block, number);
   const auto step = pass_points(block, number);
   const auto kept = kept_.find(rewound_label_);
-  if (!step || step->passed.empty() || kept == kept_.end()) return std::nullopt;
+  if (!step || kept == kept_.end()) return std::nullopt;
+  is_used_in_part_ = memory_.points_left() > 0;
+  if (is_used_in_part_) return std::nullopt;
   StoredCorrection use = kept->second;
   use.kind = StoredCorrectionKind::Use;
   use.n_passed = use.n_targets;
@@ -131,7 +133,8 @@ std::optional<StoredCorrection> VisionSession::keep_replay(const Block& block, i
   if (kept_pointer_ == n_targets * kept_copies_[rewound_label_]) {
     memory_.advance(memory_.points_left());
   }
-  if (kept_pointer_ % n_targets != 0) return std::nullopt;
+  is_used_in_part_ = kept_pointer_ % n_targets != 0;
+  if (is_used_in_part_) return std::nullopt;
   StoredCorrection use = kept->second;
   use.kind = StoredCorrectionKind::Use;
   use.copy = kept_pointer_ / n_targets;
@@ -144,21 +147,30 @@ void VisionSession::end_kept_pattern(std::size_t n_copies) {
   if (memory_.is_recording()) kept_copies_[recorded_label_] = static_cast<int>(n_copies);
 }
 
+/// A copy's offset (G45) goes into the same location as its own base correction.
 std::optional<StoredCorrection> VisionSession::keep_series(const TargetPlace& target,
                                                            int n_targets) {
   if (!memory_.is_recording()) return std::nullopt;
+  const CorrectionLevel level = level_of(target.command);
+  const bool is_offset = level == CorrectionLevel::Nested && n_targets == 1;
   const StoredCorrection keep{
-      StoredCorrectionKind::Keep, recorded_label_, level_of(target.command), n_targets};
-  const bool is_first = kept_.try_emplace(recorded_label_, keep).second;
-  if (!is_in_kept_pattern_ || !is_first) {
+      StoredCorrectionKind::Keep, recorded_label_, level, n_targets, is_offset};
+  const auto [kept, is_first] = kept_.try_emplace(recorded_label_, keep);
+  const bool adds_offset = is_offset && kept->second.level == CorrectionLevel::Base;
+  if (!is_in_kept_pattern_ || (!is_first && !adds_offset)) {
     refuse_kept(target.line,
                 std::string(is_first ? "a series stored outside of such a pattern"
                                      : "a second series stored by one copy") +
                     " has no form in a translation");
     return std::nullopt;
   }
+  if (!is_first) {
+    kept->second.level = level;
+    kept->second.is_offset = true;
+    ++kept->second.n_targets;
+  }
   memory_.store({0, n_targets});
-  return keep;
+  return kept->second;
 }
 
 // --- ends and refusals -------------------------------------------------------------------------

@@ -171,6 +171,10 @@ void VisionSession::end_instance(int line) {
 
 bool VisionSession::is_allowed(int line) {
   if (refuse_unfinished(line, "a coordinate")) return false;
+  if (is_used_in_part_) {
+    refuse_kept(line, "a coordinate under a part of a copy's stored corrections");
+    return false;
+  }
   return !refuse_inside_stored(line) && !refuse_without_advance(line);
 }
 

@@ -154,10 +154,11 @@ class VisionSession {
   int rewound_label_ = 0;                 ///< of the last M51; structure kept
   std::map<int, StoredCorrection> kept_;  ///< by label: of every copy; structure kept
   std::map<int, int> kept_copies_;        ///< by label; structure kept
-  int kept_pointer_ = 0;  ///< points passed since M51, of all copies; structure kept
-  int n_used_ = 0;        ///< of them, up to the last correction that was passed on
-  int rewind_line_ = 0;        ///< of the M51 that is replayed, here or in this section; 0: none
-  bool has_advanced_ = false;  ///< an M52 came in this instance, or outside of sections
+  int kept_pointer_ = 0;          ///< points passed since M51, of all copies; structure kept
+  int n_used_ = 0;                ///< of them, up to the last correction that was passed on
+  bool is_used_in_part_ = false;  ///< the last copy's corrections
+  int rewind_line_ = 0;           ///< of the M51 that is replayed, here or in this section; 0: none
+  bool has_advanced_ = false;     ///< an M52 came in this instance, or outside of sections
 };
 
 }  // namespace panelcal::excellon

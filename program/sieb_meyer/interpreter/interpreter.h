@@ -141,7 +141,7 @@ class Interpreter {
   };
   /// G39 as another language says it.
   struct KeptOrder {
-    std::string_view remedy;  ///< where it cannot; valid for ever
+    std::string_view remedy;  ///< the form that it needs instead, if it cannot; valid for ever
     std::optional<StoredCorrection> stored;
   };
 
@@ -353,9 +353,9 @@ class Interpreter {
   bool reported_limit_ = false;
   std::vector<std::pair<FunctionKind, std::string_view>> waiting_events_;  ///< for the next piece
   std::int64_t n_blocks_ = 0;
-  double step_mm_ = 0;                                  ///< rounding of the arc in hand
+  double step_mm_ = 0;  ///< rounding of the arc in hand
   KeptState kept_;
-  bool kept_offset_ = false;  ///< of the pattern (CAMA), which ends with its copy; structure kept
+  bool kept_offset_ = false;    ///< of the pattern (CAMA), which ends with its copy; structure kept
   bool has_kept_grid_ = false;  ///< G78, G79; structure kept
 
   // Depths

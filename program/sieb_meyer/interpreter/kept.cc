@@ -85,8 +85,7 @@ bool Interpreter::is_repeated() const {
 bool Interpreter::is_kept(const Section& section) const {
   constexpr std::int64_t kMostCopies = 10'000;
   return keeps_structure() && section.n_copies() <= kMostCopies && !has_offsets_inside(section) &&
-         !(is_repeated() && organizes(section)) &&
-         !section.has.calls && !section.has.own_copies &&
+         !(is_repeated() && organizes(section)) && !section.has.calls && !section.has.own_copies &&
          !(section.has.feeds && section.has.old_feed) && begins_alike(section) && calls_.empty() &&
          areas_.empty() && !scaling_.is_set() && rotation_rad_ == 0;
 }
@@ -224,9 +223,7 @@ struct SetOrder {
 
 SetOrder set_order(std::string_view text) {
   constexpr std::array<std::pair<std::string_view, SetOrderKind>, 3> kWords = {
-      {{"SAVE", SetOrderKind::Save},
-       {"LOAD", SetOrderKind::Load},
-       {"CLEAR", SetOrderKind::Clear}}};
+      {{"SAVE", SetOrderKind::Save}, {"LOAD", SetOrderKind::Load}, {"CLEAR", SetOrderKind::Clear}}};
   if (text == "DELALL") return {SetOrderKind::ClearAll, std::nullopt};
   for (const auto& [word, kind] : kWords) {
     if (text.starts_with(word)) return {kind, parse_count(text.substr(word.size()))};
@@ -285,7 +282,7 @@ Interpreter::KeptOrder Interpreter::save_of_copies(const std::optional<int>& loc
   }
   const CorrectionLevel level = kept_offset_ ? CorrectionLevel::Nested : CorrectionLevel::Base;
   section.saved = StoredCorrection{
-      StoredCorrectionKind::Keep, ++kept_.n_labels, level, section.n_targets};
+      StoredCorrectionKind::Keep, ++kept_.n_labels, level, section.n_targets, kept_offset_};
   return {{}, section.saved};
 }
 

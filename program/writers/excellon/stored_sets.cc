@@ -84,8 +84,8 @@ void ExcellonWriter::use_stored(const StoredCorrection& stored) {
   has_nested_ = stored.level == CorrectionLevel::Nested && (copy == 0 || executed_copy_ > 0);
 }
 
-/// G37 ends a replay, so that M08 does not wait for the rest of its points. A base series that comes
-/// next would replace what it cancels.
+/// G37 ends a replay, so that M08 does not wait for the rest of its points. A base series that
+/// comes next would replace what it cancels.
 void ExcellonWriter::end_replay() {
   if (std::exchange(is_replaying_, false)) line("G37");
 }
@@ -122,15 +122,14 @@ ExcellonWriter::PatternSets ExcellonWriter::sets_of(std::size_t begin, std::size
 /// ahead of its work, until all are used.
 bool ExcellonWriter::may_repeat_sets(const PatternSets& sets,
                                      std::size_t begin,
-                                     std::size_t n_copies,
-                                     bool can_repeat) const {
+                                     std::size_t end,
+                                     std::size_t n_copies) const {
   if (sets.uses_others) return false;
-  if (sets.keep != nullptr) return can_repeat && (!is_replaying_ || measures_first(begin));
-  if (sets.use == nullptr) return can_repeat && !is_replaying_;
+  if (sets.keep != nullptr) return !is_replaying_ || measures_first(begin, end);
+  if (sets.use == nullptr) return !is_replaying_;
   const auto kept = n_kept_copies_.find(sets.use->label);
-  const bool uses_all =
-      kept != n_kept_copies_.end() && kept->second == static_cast<int>(n_copies);
-  return can_repeat && uses_all && !works_before_use(begin);
+  const bool uses_all = kept != n_kept_copies_.end() && kept->second == static_cast<int>(n_copies);
+  return uses_all && !works_before_use(begin);
 }
 
 /// A pattern that uses its copies' corrections, from `begin` on, works ahead of that.
@@ -143,8 +142,8 @@ bool ExcellonWriter::works_before_use(std::size_t begin) const {
 }
 
 /// A pattern that keeps its copies' corrections measures before it works.
-bool ExcellonWriter::measures_first(std::size_t begin) const {
-  for (std::size_t i = begin; !is_work(stored_[i]); ++i) {
+bool ExcellonWriter::measures_first(std::size_t begin, std::size_t end) const {
+  for (std::size_t i = begin; i < end && !is_work(stored_[i]); ++i) {
     const auto* const series = std::get_if<VisionSeries>(&stored_[i].what);
     if (series != nullptr) return series->level == CorrectionLevel::Base;
   }

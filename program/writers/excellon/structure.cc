@@ -78,7 +78,7 @@ void ExcellonWriter::put_pattern(std::size_t begin,
                  !std::holds_alternative<ZeroSet>(stored_[i].what);
   }
   for (const WorkMap& copy : copies) can_repeat &= copy_run(copy.linear()).has_value();
-  can_repeat = may_repeat_sets(sets, begin, copies.size(), can_repeat);
+  can_repeat = can_repeat && may_repeat_sets(sets, begin, end, copies.size());
   if (sets.keep != nullptr) {
     if (!can_repeat) {
       return refuse("corrections that the copies of such a pattern save (G39,SAVE)",

@@ -105,10 +105,10 @@ class ExcellonWriter final : public ProgramWriter {
   PatternSets sets_of(std::size_t begin, std::size_t end) const;
   bool may_repeat_sets(const PatternSets& sets,
                        std::size_t begin,
-                       std::size_t n_copies,
-                       bool can_repeat) const;
+                       std::size_t end,
+                       std::size_t n_copies) const;
   bool works_before_use(std::size_t begin) const;
-  bool measures_first(std::size_t begin) const;
+  bool measures_first(std::size_t begin, std::size_t end) const;
   bool is_superseded(std::size_t i, std::size_t end) const;
 
   // structure.cc
@@ -145,14 +145,14 @@ class ExcellonWriter final : public ProgramWriter {
 
   StoredOperations stored_;  ///< of an open pattern
   int n_open_patterns_ = 0;
-  StoredOperations held_;              ///< a base series, and what came behind it
-  std::map<int, int> n_kept_copies_;   ///< that keep their corrections, by label
-  int executed_copy_ = 0;              ///< of a pattern that is not repeated, from 1
-  bool is_replaying_ = false;          ///< M52 has left points of a label
-  bool has_base_ = false;              ///< a correction may be in force
-  bool has_nested_ = false;            ///< the other control drops it at the end of the copy
-  bool has_outer_nested_ = false;      ///< the same, of the program round the pattern
-  bool has_grid_ = false;              ///< that the other control measures
+  StoredOperations held_;             ///< a base series, and what came behind it
+  std::map<int, int> n_kept_copies_;  ///< that keep their corrections, by label
+  int executed_copy_ = 0;             ///< of a pattern that is not repeated, from 1
+  bool is_replaying_ = false;         ///< M52 has left points of a label
+  bool has_base_ = false;             ///< a correction may be in force
+  bool has_nested_ = false;           ///< the other control drops it at the end of the copy
+  bool has_outer_nested_ = false;     ///< the same, of the program round the pattern
+  bool has_grid_ = false;             ///< that the other control measures
   bool has_vision_tool_ = false;
   std::optional<int> series_size_;  ///< as $uvis,alg said last
   int algorithm_ = 0;               ///< Excellon's own

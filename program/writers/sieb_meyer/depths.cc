@@ -110,9 +110,10 @@ bool SiebMeyerWriter::needs_surface_line(const DepthOfCut& cut) const {
 void SiebMeyerWriter::say_surface_line(const DepthOfCut& cut) {
   if (!needs_surface_line(cut)) return;
   if (is_bracketed_by_slm()) {
-    return refuse("a change of surface detection (G70, G71, G77, G82) in a section that begins "
-                  "under G71",
-                  "G70 before the section, and G71 in it");
+    return refuse(
+        "a change of surface detection (G70, G71, G77, G82) in a section that begins "
+        "under G71",
+        "G70 before the section, and G71 in it");
   }
   depth_.is_slm = cut.control == DepthControl::Slm;
   if (!depth_.is_slm) {

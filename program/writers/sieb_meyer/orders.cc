@@ -331,19 +331,19 @@ void SiebMeyerWriter::use_stored(const StoredCorrection& stored) {
         "one label at a time: each copy has one storage location");
   }
   const bool is_nested = stored.level == CorrectionLevel::Nested;
-  const bool is_offset = is_nested && stored.n_targets == 1;
-  const bool ends_with_copy = is_offset && n_open_patterns_ > 0;
-  switch_pattern_mode(is_offset);
+  const int n_board = is_nested ? stored.n_targets - 1 : stored.n_targets;
+  const bool has_board = !is_nested || (stored.is_offset && n_board > 0);
+  const bool ends_with_copy = stored.is_offset && n_open_patterns_ > 0;
+  switch_pattern_mode(stored.is_offset);
   line("G39,LOAD" + (stored.copy > 0 ? std::to_string(stored.copy) : ""));
   up_at_.reset();
-  nested_ = ends_with_copy ? Nested::InForce : Nested::None;
-  if (is_nested) {
-    is_replaced_ = !ends_with_copy;
-  } else {
-    n_board_targets_ = static_cast<std::size_t>(stored.n_targets);
-    has_base_ = true;
-    is_board_saved_ = is_replaced_ = false;
-  }
+  const bool may_end = ends_with_copy || (stored.is_offset && has_board);
+  nested_ = may_end ? Nested::InForce : Nested::None;
+  is_replaced_ = !has_board && !ends_with_copy;
+  if (!has_board) return;
+  n_board_targets_ = static_cast<std::size_t>(n_board);
+  has_base_ = true;
+  is_board_saved_ = false;
 }
 
 void SiebMeyerWriter::write(const VisionTool& tool) {

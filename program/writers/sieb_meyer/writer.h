@@ -209,9 +209,9 @@ class SiebMeyerWriter final : public ProgramWriter {
   bool has_base_ = false;  ///< a correction may be in force
   // Of a source in Excellon, whose nested series become corrections of the copies by themselves:
   std::size_t n_board_targets_ = 0;  ///< of the last base correction
-  bool keeps_copies_ = false;   ///< the next pattern, or the open one, has such series or keeps them
-  bool has_kept_ = false;       ///< the open one has kept its copies' corrections
-  bool has_whole_ = false;      ///< the open one has measured them
+  bool keeps_copies_ = false;  ///< the next pattern, or the open one, has such series or keeps them
+  bool has_kept_ = false;      ///< the open one has kept its copies' corrections
+  bool has_whole_ = false;     ///< the open one has measured them
   bool cancels_ahead_ = false;  ///< the open one, of them
   bool works_behind_cancel_ = false;
   bool restores_in_pattern_ = false;
@@ -220,8 +220,8 @@ class SiebMeyerWriter final : public ProgramWriter {
   bool is_replaced_ = false;           ///< by that of a copy
   std::optional<int> kept_label_;      ///< of the corrections in the copies' locations
   Nested nested_ = Nested::None;
-  int n_nested_targets_ = 0;  ///< of offsets in this copy of the pattern: they count together
-  bool has_worked_ahead_ = false;     ///< of them, in the open pattern
+  int n_nested_targets_ = 0;       ///< of offsets in this copy of the pattern: they count together
+  bool has_worked_ahead_ = false;  ///< of them, in the open pattern
   std::optional<bool> pattern_mode_;  ///< CAMA, NOCAMA
 };
 

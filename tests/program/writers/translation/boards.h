@@ -24,8 +24,7 @@ inline FunctionSource panel_of_boards(const Eigen::Vector2d& pitch_mm,
     const double k = board.x() + 3 * board.y();
     const double angle_rad = 0.0003 * std::sin(1 + 2 * k);
     const Eigen::Vector2d in_board = p - first_mm - board.cwiseProduct(pitch_mm);
-    const Eigen::Vector2d moved = p +
-                                  angle_rad * Eigen::Vector2d(-in_board.y(), in_board.x()) +
+    const Eigen::Vector2d moved = p + angle_rad * Eigen::Vector2d(-in_board.y(), in_board.x()) +
                                   0.04 * Eigen::Vector2d(std::cos(k), std::sin(3 * k));
     return {1.0003 * moved.x() - 0.002 * moved.y() + 0.4,
             0.002 * moved.x() + 0.9998 * moved.y() - 0.2};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A SIEB & MEYER program in its own language: orders of optical measurement and of surface detection
-// go on as they are, so that the control measures, probes and works as before.
+// A SIEB & MEYER program in its own language: orders of optical measurement and of surface
+// detection go on as they are, so that the control measures, probes and works as before.
 #include <cmath>
 #include <cstddef>
 #include <string>
@@ -89,9 +89,9 @@ std::string same_orders(const std::string& text, const WalkOptions& options = {}
 constexpr char kThreeTargets[] = "X0.Y0.G32\nX190.Y0.G32\nX0.Y190.G32\nG31\n";
 
 TEST(OwnOrders, CorrectionsAreTurnedOffAndOnAgain) {
-  const std::string text = same_orders(
-      sieb_meyer_boards(std::string(kThreeTargets) + "X1.Y2.T1\nG30\nX3.Y4.\nG31\nX5.Y6.\n" +
-                        kThreeTargets + "X7.Y8.\nG34\nX9.Y9.\n"));
+  const std::string text = same_orders(sieb_meyer_boards(std::string(kThreeTargets) +
+                                                         "X1.Y2.T1\nG30\nX3.Y4.\nG31\nX5.Y6.\n" +
+                                                         kThreeTargets + "X7.Y8.\nG34\nX9.Y9.\n"));
   EXPECT_THAT(text,
               HasSubstr("X1.Y2.T1\nG30\nX3.Y4.\nG31\nX5.Y6.\nX0.Y0.G32\nX190.Y0.G32\nX0.Y190.G32\n"
                         "G31\nX7.Y8.\nG34\nX9.Y9.\n"));
@@ -100,11 +100,13 @@ TEST(OwnOrders, CorrectionsAreTurnedOffAndOnAgain) {
 TEST(OwnOrders, SetsKeepTheirLocations) {
   const std::string text = same_orders(sieb_meyer_boards(
       std::string(kThreeTargets) +
-      "G39,SAVE1000\nM31\nG39,LOAD1000\nX5.Y5.G32\nX45.Y45.G32\nG31\nG39,SAVE\nX7.Y7.T1\nX0.Y0.M50\n"
+      "G39,SAVE1000\nM31\nG39,LOAD1000\nX5.Y5.G32\nX45.Y45.G32\nG31\nG39,SAVE\nX7.Y7.T1\nX0.Y0."
+      "M50\n"
       "X50.Y0.M50M30\nM31\nG39,LOAD\nX10.Y20.\nX0.Y0.M50\nX50.Y0.M50M30\nG39,LOAD2\nX60.Y30.\n"
       "G39,CLEAR2\nG39,LOAD1000\nX1.Y1.\nG39,DELALL\nX2.Y2.\n"));
-  EXPECT_THAT(text, HasSubstr("G39,SAVE1000\nM31\nG39,LOAD1000\nX5.Y5.G32\nX45.Y45.G32\nG31\n"
-                              "G39,SAVE\nX7.Y7.T1\nX0.Y0.M50\n"));
+  EXPECT_THAT(text,
+              HasSubstr("G39,SAVE1000\nM31\nG39,LOAD1000\nX5.Y5.G32\nX45.Y45.G32\nG31\n"
+                        "G39,SAVE\nX7.Y7.T1\nX0.Y0.M50\n"));
   EXPECT_THAT(text, HasSubstr("G39,CLEAR2\nG39,LOAD1000\nX1.Y1.\nG39,DELALL\n"));
 }
 
@@ -133,9 +135,10 @@ TEST(OwnOrders, SlotsAndLayersKeepTheirMode) {
 }
 
 TEST(OwnOrders, PatternsAreMeasuredAtTwoTargets) {
-  const std::string text = same_orders(sieb_meyer_boards(
-      std::string(kThreeTargets) + "M49,CAMA\nM31\nX5.Y5.G36\nX45.Y5.G36\nX10.Y20.T1\nX0.Y0.M50\n"
-                                   "X50.Y0.M70M30\nM49,NOCAMA\nX30.Y30.G36\nX1.Y1.\n"));
+  const std::string text =
+      same_orders(sieb_meyer_boards(std::string(kThreeTargets) +
+                                    "M49,CAMA\nM31\nX5.Y5.G36\nX45.Y5.G36\nX10.Y20.T1\nX0.Y0.M50\n"
+                                    "X50.Y0.M70M30\nM49,NOCAMA\nX30.Y30.G36\nX1.Y1.\n"));
   EXPECT_THAT(text, HasSubstr("M31\nM49,CAMA\nX5.Y5.G36\nX45.Y5.G36\nX10.Y20.T1\n"));
   EXPECT_THAT(text, HasSubstr("M49,NOCAMA\nX30.Y30.G36\nX1.Y1.\n"));
 }
@@ -157,8 +160,9 @@ TEST(OwnOrders, TheManualsExampleOfSurfaceDetection) {
   const std::string text = same_orders(sieb_meyer_boards(
       "G71\nX165.Y15.G73L1\nG75\nX110.Y10.G73L2\nG75\nG71K.4\nL1\nX165.Y15.T1\nX170.Y15.\nG71K.5\n"
       "L2\nX110.Y10.T0T2\nX110.Y30.G1F1.5\nX110.Y30.T0\nG70\nX1.Y1.\n"));
-  EXPECT_THAT(text, HasSubstr("G71\nX165.Y15.G73L1\nG75\nX110.Y10.G73L2\nG75\nG71K0.4\nL1\n"
-                              "X165.Y15.T1\nX170.Y15.\nG71K0.5\nL2\nX110.Y10.T2T0\n"));
+  EXPECT_THAT(text,
+              HasSubstr("G71\nX165.Y15.G73L1\nG75\nX110.Y10.G73L2\nG75\nG71K0.4\nL1\n"
+                        "X165.Y15.T1\nX170.Y15.\nG71K0.5\nL2\nX110.Y10.T2T0\n"));
   EXPECT_THAT(text, HasSubstr("X110.Y30.T0\nG70\n"));
 }
 
@@ -177,12 +181,16 @@ TEST(OwnOrders, SurfacesAreProbedInEveryCopy) {
   const std::string offsets = "X0.Y0.M50\nX50.Y0.M50\nX90.Y40.M90M30\n";
   const std::string text = same_orders(
       sieb_meyer_boards("M31\nG71K.4\nX5.Y5.T1G73L1\nX10.Y10.\nX20.Y10.T2T0\nX20.Y30.G1F1.\n"
-                        "X20.Y30.T0\nG70\n" + offsets + "X12.Y13.G82Z1.\nM31\nG71K.3\nL1\n"
-                        "X9.Y9.\nX7.Y7.G77\nG70\nX6.Y5.G76\n" + offsets));
+                        "X20.Y30.T0\nG70\n" +
+                        offsets +
+                        "X12.Y13.G82Z1.\nM31\nG71K.3\nL1\n"
+                        "X9.Y9.\nX7.Y7.G77\nG70\nX6.Y5.G76\n" +
+                        offsets));
   EXPECT_THAT(text, HasSubstr("M31\nG71K0.4\nX5.Y5.T1G73L1\nX10.Y10.\nX20.Y10.T2T0\n"));
   EXPECT_THAT(text, HasSubstr("X20.Y30.T0\nG70\nX0.Y0.M50\n"));
-  EXPECT_THAT(text, HasSubstr("M31\nG71K0.3\nL1\nX9.Y9.Z1.\nG70\nX7.Y7.\nG71\nX6.Y5.G76\nG70\n"
-                              "X0.Y0.M50\n"));
+  EXPECT_THAT(text,
+              HasSubstr("M31\nG71K0.3\nL1\nX9.Y9.Z1.\nG70\nX7.Y7.\nG71\nX6.Y5.G76\nG70\n"
+                        "X0.Y0.M50\n"));
 }
 
 TEST(OwnOrders, SurfaceDetectionMayHoldRoundASection) {
@@ -200,9 +208,10 @@ constexpr char kGrid[] =
     "M49,MAPT1.\nX10.Y5.T1G78\nX0Y0G79M31M31\nX0Y0M50V2\nX90.YM50W4M30\nX0Y0M50V2\nXY60.M50W3M30\n";
 
 TEST(OwnOrders, TheControlMeasuresItsGrid) {
-  const std::string text = same_orders(sieb_meyer_boards(
-      std::string(kGrid) + "X10.Y20.Z1.T2\nX50.Y20.G85\nX58.Y20.\nX30.Y30.T0\nX80.Y30.G1F1.\n"
-                           "X80.Y50.G6Z.8\nX80.Y50.T0\nM31\nX3.Y4.Z1.\nX20.Y0M50\nX40.Y0M50M30\n"));
+  const std::string text = same_orders(
+      sieb_meyer_boards(std::string(kGrid) +
+                        "X10.Y20.Z1.T2\nX50.Y20.G85\nX58.Y20.\nX30.Y30.T0\nX80.Y30.G1F1.\n"
+                        "X80.Y50.G6Z.8\nX80.Y50.T0\nM31\nX3.Y4.Z1.\nX20.Y0M50\nX40.Y0M50M30\n"));
   EXPECT_THAT(text,
               HasSubstr("M49,MAPT1.\nX10.Y5.T1G78\nM31\nX0.Y0.G79\nX0.Y0.M50\nX30.Y0.M50\n"
                         "X60.Y0.M50\nX90.Y0.M50M30\nM31\nX0.Y0.G79\nX0.Y30.M50\n"));
@@ -223,8 +232,7 @@ TEST(OwnOrders, GridsAreProbedByDepthStrokes) {
 TEST(OwnOrders, RefusesALineThatTakesNoAccountOfTheGrid) {
   const Translation same = translate(
       sieb_meyer_boards(std::string(kGrid) + "X10.Y20.Z1.\nX20.Y20.G77\n"), Dialect::SiebMeyer);
-  EXPECT_THAT(same.errors,
-              ElementsAre(Reports("p:10:1: error[not-supported]", "\"X20.Y20.G77\"")));
+  EXPECT_THAT(same.errors, ElementsAre(Reports("p:10:1: error[not-supported]", "\"X20.Y20.G77\"")));
 }
 
 TEST(OwnOrders, ExcellonNamesSurfacesThatItCannotProbe) {

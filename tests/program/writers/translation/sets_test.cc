@@ -82,22 +82,22 @@ TEST(SetTranslation, TheCorrectionOfACopyCountsOutsideOfItsSection) {
 TEST(SetTranslation, BoardsMayBeLeftOut) {
   const std::string text = same_fits(sieb_meyer_boards(
       kSavingSection + std::string("T1\nM31\nG39,LOAD\nX10.Y20.\nX0.Y0.M50\nX50.Y0.M50M30\n")));
-  EXPECT_THAT(text,
-              HasSubstr("M51,1\nM52,3\nX10.0Y20.0\nM51,1\nM52,6\nX60.0Y20.0\nM30\n"));
+  EXPECT_THAT(text, HasSubstr("M51,1\nM52,3\nX10.0Y20.0\nM51,1\nM52,6\nX60.0Y20.0\nM30\n"));
 }
 
 TEST(SetTranslation, WorkAheadOfLoadIsUnderTheCorrectionBefore) {
   const std::string text = same_fits(sieb_meyer_boards(
       kSavingSection +
       std::string("T1\nM31\nX9.Y9.\nG39,LOAD\nX1.Y1.\nX0.Y0.M50\nX50.Y0.M50\nX0.Y50.M50\n"
-                  "X100.Y50.M90M30\n" + std::string(kSavingSection))));
+                  "X100.Y50.M90M30\n" +
+                  std::string(kSavingSection))));
   EXPECT_THAT(text, HasSubstr("X9.0Y9.0\nM51,1\nM52,3\nX1.0Y1.0\nX59.0Y9.0\nM51,1\nM52,6\n"));
 }
 
 TEST(SetTranslation, ASectionMayLoadTheCorrectionOfTheBoard) {
-  const std::string text = same_fits(
-      sieb_meyer_boards(std::string(kPanel) + "G39,SAVE7\n" + kSavingSection +
-                        "T1\nM31\nG39,LOAD7\nX3.Y4.\nG39,LOAD\nX10.Y20.\nX0.Y0.M50\nX50.Y0.M50M30\n"));
+  const std::string text = same_fits(sieb_meyer_boards(
+      std::string(kPanel) + "G39,SAVE7\n" + kSavingSection +
+      "T1\nM31\nG39,LOAD7\nX3.Y4.\nG39,LOAD\nX10.Y20.\nX0.Y0.M50\nX50.Y0.M50M30\n"));
   EXPECT_THAT(text, HasSubstr("M51,1\nM52,3\nX3.0Y4.0\nM51,2\nM52,3\nX10.0Y20.0\nM51,1\nM52,3\n"));
 }
 
@@ -107,13 +107,15 @@ TEST(SetTranslation, ACopyKeepsItsOffsetToo) {
       "M49,CAMA\nM31\nG34\nX5.Y5.G32\nX45.Y5.G32\nX5.Y45.G32\nG31\nX25.Y25.G36\nG39,SAVE\n"
       "X0.Y0.M50\nX50.Y0.M50M30\nM31\nG39,LOAD\nX10.Y20.T1\nX0.Y0.M50\nX50.Y0.M50M30\nX1.Y1.\n"));
   EXPECT_THAT(text, HasSubstr("M25\nM52,4\nT1\nX10.0Y20.0\nG47\nM01\n"));
+  EXPECT_THAT(same_fits(text), HasSubstr("G31\nG39,SAVE\nM49,CAMA\nX25.Y25.G36\nG39,SAVE\n"));
 }
 
 /// What is loaded to find the targets under it is left out, and named.
 TEST(SetTranslation, TargetsAreLookedForAtTheirNominalPlaces) {
-  const std::string text = sieb_meyer_boards(
-      std::string(kPanel) + "G39,SAVE1000\nM31\nG39,LOAD1000\nX5.Y5.G32\nX45.Y5.G32\nX5.Y45.G32\n"
-                            "G31\nG39,SAVE\nX10.Y20.T1\nX0.Y0.M50\nX50.Y0.M50M30\n");
+  const std::string text =
+      sieb_meyer_boards(std::string(kPanel) +
+                        "G39,SAVE1000\nM31\nG39,LOAD1000\nX5.Y5.G32\nX45.Y5.G32\nX5.Y45.G32\n"
+                        "G31\nG39,SAVE\nX10.Y20.T1\nX0.Y0.M50\nX50.Y0.M50M30\n");
   same_fits(text, 1);
   EXPECT_THAT(translate(text, Dialect::Excellon).losses,
               ElementsAre(Reports("p:8: warning[translation-loss]", "looking for targets")));
@@ -178,8 +180,9 @@ TEST(SetTranslation, AReplayWithoutM25LoadsByNumber) {
                                  "X110.Y20.\nG47\nX1.Y1.\nM51,1\nM52,12\nX160.Y9.\nM25\nX3.Y3.\n" +
                                  kTwoCopies),
                  kSameOnPanel_um);
-  EXPECT_THAT(text, HasSubstr("M49,NOCAMA\nG39,LOAD1\nX10.Y20.\nG39,LOAD3\nX110.Y20.\nG39,LOAD1000"
-                              "\nX1.Y1.\nG39,LOAD4\nX160.Y9.\n"));
+  EXPECT_THAT(text,
+              HasSubstr("M49,NOCAMA\nG39,LOAD1\nX10.Y20.\nG39,LOAD3\nX110.Y20.\nG39,LOAD1000"
+                        "\nX1.Y1.\nG39,LOAD4\nX160.Y9.\n"));
 }
 
 TEST(SetTranslation, CopiesThatTakeToolsLoadByNumber) {
@@ -192,9 +195,10 @@ TEST(SetTranslation, CopiesThatTakeToolsLoadByNumber) {
 
 TEST(SetTranslation, ANestedSeriesNeedsNoM50) {
   const std::string nested = "M25\nX8.Y8.\n" + std::string(kBoardTargets) + "X7.Y7.\n";
-  const std::string text = same_holes(excellon_boards(kPanelTargets + ("T1\n" + nested) +
-                                                      kTwoCopies + "X60.Y20.\nG47\nX1.Y1.\n"));
-  EXPECT_THAT(text, HasSubstr("G39,SAVE1000\nT1\nM31\nX8.Y8.\nM49,NOCAMA\nG39,LOAD1000\nX5.Y5.G32\n"));
+  const std::string text = same_holes(
+      excellon_boards(kPanelTargets + ("T1\n" + nested) + kTwoCopies + "X60.Y20.\nG47\nX1.Y1.\n"));
+  EXPECT_THAT(text,
+              HasSubstr("G39,SAVE1000\nT1\nM31\nX8.Y8.\nM49,NOCAMA\nG39,LOAD1000\nX5.Y5.G32\n"));
   EXPECT_THAT(text, HasSubstr("M30\nX60.Y20.\nG39,LOAD1000\nX1.Y1.\n"));
   same_holes(excellon_boards(kPanelTargets + ("T1\n" + nested) + "G47\nX9.Y9.\n" + kTwoCopies +
                              "X1.Y1.\n"),
@@ -207,10 +211,9 @@ TEST(SetTranslation, ANestedSeriesNeedsNoM50) {
 
 TEST(SetTranslation, NestedSeriesReplaceEachOther) {
   const std::string second = "G46X55.Y5.\nG46X95.Y5.\nG46X55.Y45.\n";
-  const std::string text =
-      same_holes(excellon_boards(kPanelTargets + std::string("T1\n") + kBoardTargets +
-                                 "X7.Y7.\n" + second + "X60.Y10.\nG47\nX1.Y1.\n" + kBoardTargets +
-                                 "X20.Y30.\nG37\nX2.Y2.\n"));
+  const std::string text = same_holes(
+      excellon_boards(kPanelTargets + std::string("T1\n") + kBoardTargets + "X7.Y7.\n" + second +
+                      "X60.Y10.\nG47\nX1.Y1.\n" + kBoardTargets + "X20.Y30.\nG37\nX2.Y2.\n"));
   EXPECT_THAT(text, HasSubstr("G31\nM49,NOCAMA\nG39,SAVE1000\nX5.Y5.G32\n"));
   EXPECT_THAT(text, HasSubstr("X7.Y7.T1\nG39,LOAD1000\nX55.Y5.G32\n"));
   EXPECT_THAT(text, HasSubstr("X60.Y10.\nG39,LOAD1000\nX1.Y1.\nX5.Y5.G32\n"));
@@ -221,6 +224,23 @@ TEST(SetTranslation, ABaseSeriesAndANestedOneInEachCopy) {
                              std::string(kBoardTargets) + "X7.Y7.\nG47\nX20.Y20.\n" + kTwoCopies +
                              "X1.Y1.\n"),
              kSameOnPanel_um);
+}
+
+TEST(SetTranslation, ACopyStoresItsBoardAndItsOffset) {
+  const std::string stored =
+      "T1\nM50,1\nM25\nG36X2.Y2.\nG36X48.Y2.\nG36X2.Y48.\nG45X25.Y25.\nG47\n";
+  const std::string use = "M51,1\nM25\nM52,3\nM52\nX7.Y7.\nG47\n";
+  const std::string text =
+      same_fits(excellon_boards(stored + kTwoCopies + use + kTwoCopies +
+                                "X1.Y1.\nM51,1\nM52,4\nX3.Y3.\nM52,4\nX53.Y3.\nG37\nX2.Y2.\n"));
+  EXPECT_THAT(text, HasSubstr("M31\nM49,CAMA\nG39,LOAD\nX7.Y7.\nX0.Y0.M50\n"));
+  EXPECT_THAT(text, HasSubstr("G39,LOAD1\nX3.Y3.\nG39,LOAD2\nX53.Y3.\nG34\n"));
+  const Translation part =
+      translate(excellon_boards(stored + kTwoCopies +
+                                "M51,1\nM25\nM52,3\nX7.Y7.\nM52\nX8.Y8.\nG47\n" + kTwoCopies),
+                Dialect::SiebMeyer);
+  EXPECT_THAT(part.errors,
+              ElementsAre(Reports("p:21:1: error[not-supported]", "under a part of a copy's")));
 }
 
 TEST(SetTranslation, NamesNestedCorrectionsThatWouldGoElsewhere) {

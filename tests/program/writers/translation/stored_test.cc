@@ -43,8 +43,8 @@ constexpr char kUse[] =
 // --- from Excellon -----------------------------------------------------------------------------
 
 TEST(StoredTranslation, ACopysNestedSeriesBecomesItsOwnCorrection) {
-  const std::string text = same_holes(excellon_boards(kBoard + std::string("M50,1\nM25\n") + kTargets +
-                                               kCopies + "T1\n" + kUse + "T2\n" + kUse));
+  const std::string text = same_holes(excellon_boards(
+      kBoard + std::string("M50,1\nM25\n") + kTargets + kCopies + "T1\n" + kUse + "T2\n" + kUse));
   EXPECT_THAT(text,
               HasSubstr("G31\nG39,SAVE1000\nM31\nM49,NOCAMA\nG39,LOAD1000\nX5.Y5.G32\nX45.Y5.G32\n"
                         "X5.Y45.G32\nG31\nG39,SAVE\nX0.Y0.M50\nX50.Y0.M50\n"));
@@ -52,14 +52,15 @@ TEST(StoredTranslation, ACopysNestedSeriesBecomesItsOwnCorrection) {
 }
 
 TEST(StoredTranslation, HolesMayStandAmongTheTargetsPattern) {
-  same_holes(excellon_boards(kBoard + std::string("T1\nM50,1\nM25\n") + kTargets + "X7.Y7.\nX33.Y12.\n" +
-                      kCopies + "X53.Y103.\nG47\nX80.Y90.\nT2\n" + kUse + "G37\nX1.Y2.\n"));
+  same_holes(excellon_boards(kBoard + std::string("T1\nM50,1\nM25\n") + kTargets +
+                             "X7.Y7.\nX33.Y12.\n" + kCopies + "X53.Y103.\nG47\nX80.Y90.\nT2\n" +
+                             kUse + "G37\nX1.Y2.\n"));
 }
 
 TEST(StoredTranslation, BehindG47TheBoardsCorrectionIsInForceInEveryCopy) {
   same_holes(excellon_boards(kBoard + std::string("T1\nM50,1\nM25\nX8.Y8.\n") + kTargets +
-                      "X7.Y7.\nG47\nX9.Y9.\n" + kCopies + kUse + "M25\nX2.Y2.\n" + kCopies +
-                      "G47\nM25\nX2.Y2.\n" + kCopies),
+                             "X7.Y7.\nG47\nX9.Y9.\n" + kCopies + kUse + "M25\nX2.Y2.\n" + kCopies +
+                             "G47\nM25\nX2.Y2.\n" + kCopies),
              kSameOnPanel_um);
 }
 
@@ -71,25 +72,25 @@ TEST(StoredTranslation, RefusesG47AheadOfTheTargets) {
 }
 
 TEST(StoredTranslation, WithoutABoardCorrection) {
-  same_holes(
-      excellon_boards(std::string("T1\nM50,1\nM25\n") + kTargets + kCopies + kUse + "G47\nX1.Y1.\n"));
+  same_holes(excellon_boards(std::string("T1\nM50,1\nM25\n") + kTargets + kCopies + kUse +
+                             "G47\nX1.Y1.\n"));
 }
 
 TEST(StoredTranslation, ABaseSeriesOrAnOffsetOfEachCopy) {
   const std::string base = "M50,3\nM25\nG36X5.Y5.\nG36X45.Y5.\nG36X5.Y45.\n";
-  same_holes(
-      excellon_boards("T1\n" + base + kCopies + "M51,3\nM25\nM52,3\nX10.Y20.\n" + kCopies + "X1.Y1.\n"));
+  same_holes(excellon_boards("T1\n" + base + kCopies + "M51,3\nM25\nM52,3\nX10.Y20.\n" + kCopies +
+                             "X1.Y1.\n"));
   for (const std::string command : {"G35", "G45"}) {
     same_holes(excellon_boards(kBoard + std::string("T1\nM50,1\nM25\n") + command +
-                        "X5.Y5.\nX7.Y7.\nG47\n" + kCopies + "M51,1\nM25\nM52\nX10.Y20.\nG47\n" +
-                        kCopies + "G37\nX1.Y1.\n"));
+                               "X5.Y5.\nX7.Y7.\nG47\n" + kCopies +
+                               "M51,1\nM25\nM52\nX10.Y20.\nG47\n" + kCopies + "G37\nX1.Y1.\n"));
   }
 }
 
 TEST(StoredTranslation, MirroredAndTurnedCopies) {
   const std::string copies = "M01\nM02X100.M80\nM02Y100.M90\nM02X50.M70\nM08\n";
   same_holes(excellon_boards(kBoard + std::string("T1\nM50,1\nM25\n") + kTargets + copies +
-                      "M51,1\nM25\nM52,3\nX10.Y20.\n" + copies));
+                             "M51,1\nM25\nM52,3\nX10.Y20.\n" + copies));
 }
 
 TEST(StoredTranslation, ANewLabelTakesTheLocationsOfTheOneBefore) {
@@ -97,8 +98,8 @@ TEST(StoredTranslation, ANewLabelTakesTheLocationsOfTheOneBefore) {
   const std::string second = std::string("M50,2\nM25\n") + kTargets + kCopies;
   const std::string use_2 = "M51,2" + std::string(kUse).substr(5);
   same_holes(excellon_boards(kBoard + ("T1\n" + first) + kUse + second + use_2));
-  const Translation lost =
-      translate(excellon_boards(kBoard + ("T1\n" + first) + second + use_2 + kUse), Dialect::SiebMeyer);
+  const Translation lost = translate(
+      excellon_boards(kBoard + ("T1\n" + first) + second + use_2 + kUse), Dialect::SiebMeyer);
   EXPECT_TRUE(lost.is_refused);
   EXPECT_THAT(lost.losses,
               ElementsAre(HasSubstr("the corrections of M50,1 behind those of another")));
@@ -131,14 +132,13 @@ TEST(StoredTranslation, RefusesWhatNoCopyCanKeep) {
     return translate(excellon_boards("$uvis,alg,0,2\nT1\n" + body), Dialect::SiebMeyer).errors;
   };
   const std::string series = "G36X5.Y5.\nG36X45.Y5.\n";
-  EXPECT_THAT(
-      errors_of("M50,1\n" + series + "X1.Y1.\n"),
-      ElementsAre(Reports("p:11:1: error[not-supported]", "outside of such a pattern")));
+  EXPECT_THAT(errors_of("M50,1\n" + series + "X1.Y1.\n"),
+              ElementsAre(Reports("p:11:1: error[not-supported]", "outside of such a pattern")));
   EXPECT_THAT(errors_of("M50,1\nM25\n" + series + "G46X5.Y5.\nG46X45.Y5.\nM01\nM08\n"),
               ElementsAre(Reports("p:14:1: error[not-supported]", "second series")));
-  EXPECT_THAT(errors_of("M50,1\nM25\n" + series +
-                        "M01\nM08\nM25\nM51,1\nM52,2\nX1.Y1.\nM01\nM08\n"),
-              ElementsAre(Reports("p:16:1: error[not-supported]", "\"M51,1\" in a pattern")));
+  EXPECT_THAT(
+      errors_of("M50,1\nM25\n" + series + "M01\nM08\nM25\nM51,1\nM52,2\nX1.Y1.\nM01\nM08\n"),
+      ElementsAre(Reports("p:16:1: error[not-supported]", "\"M51,1\" in a pattern")));
 }
 
 // --- from SIEB & MEYER -------------------------------------------------------------------------
@@ -147,9 +147,9 @@ constexpr char kOffsets[] = "X0.Y0.M50\nX50.Y0.M50\nX0.Y50.M50\nX100.Y50.M90M30\
 
 /// SIEB & MEYER CNC 8x.00 Command Set, G39, Example.
 TEST(StoredTranslation, TheManualsExampleOfG39) {
-  const std::string text = same_holes(
-      sieb_meyer_boards("M31\nG34\nX5.Y5.G32\nX45.Y45.G32\nG31\nG39,SAVE\nG30\n" + std::string(kOffsets) +
-                 "M31\nG39,LOAD\nX10.Y20.T1\nX30.Y40.\n" + kOffsets + "G30\nX1.Y1.\n"));
+  const std::string text = same_holes(sieb_meyer_boards(
+      "M31\nG34\nX5.Y5.G32\nX45.Y45.G32\nG31\nG39,SAVE\nG30\n" + std::string(kOffsets) +
+      "M31\nG39,LOAD\nX10.Y20.T1\nX30.Y40.\n" + kOffsets + "G30\nX1.Y1.\n"));
   EXPECT_THAT(text, HasSubstr("M50,1\nM25\nG37\n"));
   EXPECT_THAT(text, HasSubstr("M51,1\nM25\nM52,2\n"));
 }

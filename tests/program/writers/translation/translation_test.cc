@@ -113,8 +113,10 @@ TEST(Translation, ANestedTargetIsThePatternsOffset) {
 }
 
 TEST(Translation, RefusesWhatWouldGoElsewhere) {
-  const Translation nested = translate(
-      excellon("$uvis,alg,0,2\nG34,1\nT1\nG46X5.Y5.\nG46X95.Y5.\nX1.Y1.\n"), Dialect::SiebMeyer);
+  const Translation nested =
+      translate(excellon("G34,1\nT1\nG36X5.Y5.\nG36X95.Y5.\nG36X5.Y95.\n$uvis,alg,0,2\nG46X5.Y5.\n"
+                         "G46X95.Y5.\nX1.Y1.\n"),
+                Dialect::SiebMeyer);
   EXPECT_TRUE(nested.is_refused);
   EXPECT_THAT(nested.losses, ElementsAre(HasSubstr("2 targets")));
 }
