@@ -235,6 +235,7 @@ enum class SurfaceOrderKind : std::uint8_t {
   Switch,         ///< G71, G70: to the control that `cut` has
   GridReference,  ///< G78
   GridPoint,      ///< G79
+  Skip,           ///< G77: the grid does not move the planes of the places of this line
 };
 
 /// An order of surface detection that a SIEB & MEYER control executes by itself. Strokes have the

@@ -72,7 +72,7 @@ void Interpreter::set_depths(const Block& block, const Order& order) {
   const bool changes = order.z_mm || order.k_mm || order.h_mm || order.depth_control || order.slm ||
                        order.skips_surface;
   if (!changes) return;
-  if (order.skips_surface && has_kept_grid_) return refuse_kept(block);
+  if (order.skips_surface && has_kept_grid_) skip_kept_grid(block, order);
   update_cut();
   if (order.slm && keeps_structure()) {
     emitter_.put(block.line, SurfaceOrder{SurfaceOrderKind::Switch, {}, {}, base_cut_});

@@ -293,6 +293,7 @@ class Interpreter {
   KeptOrder load_from(const std::optional<int>& location);
   void clear_sets(const std::optional<int>& location);
   void keep_surface_order(const Block& block, const Order& order, bool has_place);
+  void skip_kept_grid(const Block& block, const Order& order);
   void refuse_kept(const Block& block);
 
   void report(Code code, const Block& block, std::string what, std::string expected);

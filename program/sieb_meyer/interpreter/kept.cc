@@ -365,6 +365,13 @@ void Interpreter::keep_surface_order(const Block& block, const Order& order, boo
   }
 }
 
+/// G77 goes on with holes. Pieces of a contour are passed on behind the next line's orders.
+void Interpreter::skip_kept_grid(const Block& block, const Order& order) {
+  const bool drills = !order.motion && !modal_.motion && !pattern_ && parts_of(order) == kXy;
+  if (!drills) return refuse_kept(block);
+  emitter_.put(block.line, SurfaceOrder{SurfaceOrderKind::Skip, {}, {}, {}});
+}
+
 void Interpreter::refuse_kept(const Block& block) {
   report(Code::NotSupported,
          block,

@@ -48,6 +48,7 @@ void ExcellonWriter::write(const SurfaceOrder& order) {
   if (!options().keeps_vision) return;
   switch (order.kind) {
     case SurfaceOrderKind::Switch:
+    case SurfaceOrderKind::Skip:
       return;
     case SurfaceOrderKind::GridReference:
     case SurfaceOrderKind::GridPoint:

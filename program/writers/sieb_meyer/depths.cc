@@ -230,6 +230,10 @@ void SiebMeyerWriter::end_depths_of_copy() {
 void SiebMeyerWriter::write(const SurfaceOrder& order) {
   if (is_foreign()) return;
   up_at_.reset();
+  if (order.kind == SurfaceOrderKind::Skip) {
+    place_words().skips_grid = true;
+    return;
+  }
   if (order.kind == SurfaceOrderKind::Switch) return say_surface_line(order.cut);
   if (order.kind == SurfaceOrderKind::GridReference) return probe_grid(order, "G78");
   if (order.kind == SurfaceOrderKind::GridPoint) return probe_grid(order, "G79");
@@ -256,6 +260,7 @@ void SiebMeyerWriter::write(const SurfaceOrder& order) {
     case SurfaceOrderKind::Switch:
     case SurfaceOrderKind::GridReference:
     case SurfaceOrderKind::GridPoint:
+    case SurfaceOrderKind::Skip:
       return;  // above
   }
 }

@@ -77,6 +77,7 @@ class SiebMeyerWriter final : public ProgramWriter {
     SourceLine line;          ///< none: there are no words
     bool may_stop = false;    ///< M20: at the next place
     bool has_output = false;  ///< M21: at every place
+    bool skips_grid = false;  ///< G77: likewise
     bool is_said = false;
   };
 

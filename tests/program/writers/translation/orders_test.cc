@@ -228,11 +228,13 @@ TEST(OwnOrders, GridsAreProbedByDepthStrokes) {
   EXPECT_THAT(text, HasSubstr("X20.Y20.G82Z1.\nX30.Y20.\n"));
 }
 
-/// G77 lifts the grid for one line, and a written line that has the place has other words as well.
-TEST(OwnOrders, RefusesALineThatTakesNoAccountOfTheGrid) {
-  const Translation same = translate(
-      sieb_meyer_boards(std::string(kGrid) + "X10.Y20.Z1.\nX20.Y20.G77\n"), Dialect::SiebMeyer);
-  EXPECT_THAT(same.errors, ElementsAre(Reports("p:10:1: error[not-supported]", "\"X20.Y20.G77\"")));
+TEST(OwnOrders, ALineMayTakeNoAccountOfTheGrid) {
+  const std::string drilled = "X10.Y20.Z1.\nX20.Y20.T2Z.9G77\nX30.Y20.\n";
+  EXPECT_THAT(same_orders(sieb_meyer_boards(kGrid + drilled)),
+              HasSubstr("X10.Y20.Z1.\nX20.Y20.T2G77Z0.9\nX30.Y20.\n"));
+  const std::string routed = "X10.Y20.Z1.T0\nX20.Y20.G1F1.G77\nX20.Y20.T0\n";
+  EXPECT_THAT(translate(sieb_meyer_boards(kGrid + routed), Dialect::SiebMeyer).errors,
+              ElementsAre(Reports("p:10:1: error[not-supported]", "\"X20.Y20.G1F1.G77\"")));
 }
 
 TEST(OwnOrders, ExcellonNamesSurfacesThatItCannotProbe) {
