@@ -99,10 +99,12 @@ void SiebMeyerWriter::note_offset_use(std::set<int>& tools, const std::set<int>&
 
 /// Surface detection is switched in lines of its own, and the control takes the surface of a
 /// contour ahead of its T0 line. K under G71 is said with it: a residual web has no other form.
+/// Where G71 holds round a section, no G71 may stand in it, so that K has its own word there.
 /// Source SIEB & MEYER CNC 8x.00 Command Set, 10.1, G70, G71, L
 bool SiebMeyerWriter::needs_surface_line(const DepthOfCut& cut) const {
   if (cut.control != DepthControl::Slm) return depth_.is_slm;
-  return !depth_.is_slm || (cut.depth && depth_.k.told != plane_text(*cut.depth));
+  const bool has_word = is_bracketed_by_slm() && cut.depth && *cut.depth >= Length();
+  return !depth_.is_slm || (cut.depth && depth_.k.told != plane_text(*cut.depth) && !has_word);
 }
 
 /// Behind G70 follows a "section without depth control" in the example, G83 "remains on" (11):
@@ -234,7 +236,10 @@ void SiebMeyerWriter::write(const SurfaceOrder& order) {
     place_words().skips_grid = true;
     return;
   }
-  if (order.kind == SurfaceOrderKind::Switch) return say_surface_line(order.cut);
+  if (order.kind == SurfaceOrderKind::Switch) {
+    is_switched_on_ = order.cut.control == DepthControl::Slm;
+    return say_surface_line(order.cut);
+  }
   if (order.kind == SurfaceOrderKind::GridReference) return probe_grid(order, "G78");
   if (order.kind == SurfaceOrderKind::GridPoint) return probe_grid(order, "G79");
   const bool uses_surface =

@@ -109,6 +109,8 @@ void SiebMeyerWriter::write_foreign(const Setting& setting) {
 /// The control does not know at the begin of a copy what it was told before the pattern.
 void SiebMeyerWriter::write(const PatternBegin&) {
   say_tool();
+  // A probe that stands without G71 in the source has switched it on.
+  if (!is_switched_on_) say_surface_line({});
   line("M31");
   ++n_open_patterns_;
   cancels_ahead_ = works_behind_cancel_ = false;

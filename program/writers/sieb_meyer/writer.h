@@ -198,6 +198,7 @@ class SiebMeyerWriter final : public ProgramWriter {
   int plane_tool_ = -1;              ///< the last of them
   std::set<int> map_tools_;          ///< offset unknown, and set to zero
   bool has_left_standard_ = false;   ///< G83 was said
+  bool is_switched_on_ = false;      ///< the source's own G71 holds; structure kept
   bool begins_with_slm_ = false;     ///< the open pattern: G71 held at its begin
   bool relies_on_standard_ = false;  ///< in an open pattern, without saying G82
   bool ends_contour_ = false;        ///< the last T0 line
