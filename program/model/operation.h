@@ -278,6 +278,7 @@ enum class CorrectionLevel : std::uint8_t { Base, Nested };
 struct VisionSeries {
   CorrectionLevel level = CorrectionLevel::Base;
   std::span<const Position<frame::Nominal>> targets;
+  bool fits_otherwise = false;  ///< than with the model that the manuals state for so many targets
 };
 
 /// A target that is measured and drilled at; only where structure is kept.
@@ -326,11 +327,16 @@ struct VisionTool {
 /// which come with the orders that they can say.
 /// Source SIEB & MEYER CNC 8x.00 Command Set, 9 Optical Measurement
 struct OpticalOrder {
-  std::string_view text;                           ///< G31, G39,SAVE2; without coordinates
+  std::string_view text;  ///< G31, G39,SAVE2; without coordinates; empty: the end of a section
   std::optional<Position<frame::Nominal>> target;  ///< of G32, G33, and G36 under CAMA
   /// The form that the program needs in another language, if that cannot say this one; valid for
   /// ever.
   std::string_view remedy;
+  /// Why, if it is not the order itself; valid for ever.
+  std::string_view problem;
+  /// The section's copies are executed one by one, and the order changes a correction that ends
+  /// with the copy. Outside of sections nothing would end it.
+  bool ends_with_copy = false;
 };
 
 /// Origin of a place, for those who ask; valid only during the call that passes it.

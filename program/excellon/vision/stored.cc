@@ -7,12 +7,14 @@
 
 namespace panelcal::excellon {
 
-void VisionSession::store_under(int label) {
+void VisionSession::store_under(const Block& block, int label) {
+  if (refuse_replayed_in_part(block.line, block.column)) return;
   memory_.start_recording(label);
 }
 
 void VisionSession::rewind(const Block& block, int label) {
   refuse_unfinished(block.line, block.text);
+  if (refuse_replayed_in_part(block.line, block.column)) return;
   if (memory_.rewind(label)) {
     rewind_line_ = block.line;
     has_advanced_ = false;
@@ -26,25 +28,32 @@ void VisionSession::rewind(const Block& block, int label) {
   measuring_.stop();
 }
 
+bool VisionSession::is_rewound(const Block& block) {
+  refuse_unfinished(block.line, block.text);
+  if (memory_.is_rewound()) return true;
+  reporter_.report(
+      Code::RewindMissing, block.line, block.column, quoted(block.text), "M51,# before it");
+  measuring_.stop();
+  return false;
+}
+
+void VisionSession::report_exhausted(const Block& block, int n_points, int n_left) {
+  reporter_.report(
+      Code::PointsExhausted,
+      block.line,
+      block.column,
+      fmt::format("{} asks for {} stored points, {} left", quoted(block.text), n_points, n_left),
+      "no more points than were measured under M50");
+  measuring_.stop();
+}
+
 std::optional<CorrectionMemory::Advance> VisionSession::pass_points(const Block& block,
                                                                     int n_points) {
-  refuse_unfinished(block.line, block.text);
-  if (!memory_.is_rewound()) {
-    reporter_.report(
-        Code::RewindMissing, block.line, block.column, quoted(block.text), "M51,# before it");
-    measuring_.stop();
-    return std::nullopt;
-  }
+  if (!is_rewound(block)) return std::nullopt;
   const int left = memory_.points_left();
   CorrectionMemory::Advance step = memory_.advance(n_points);
   if (step.beyond_end) {
-    reporter_.report(
-        Code::PointsExhausted,
-        block.line,
-        block.column,
-        fmt::format("{} asks for {} stored points, {} left", quoted(block.text), n_points, left),
-        "no more points than were measured under M50");
-    measuring_.stop();
+    report_exhausted(block, n_points, left);
     return std::nullopt;
   }
   advance_line_ = block.line;
@@ -52,13 +61,12 @@ std::optional<CorrectionMemory::Advance> VisionSession::pass_points(const Block&
   return step;
 }
 
-void VisionSession::advance(const Block& block, int n_points, const Placement& placement) {
+void VisionSession::advance(const Block& block, int n_points, const Placement* placement) {
   const auto step = pass_points(block, n_points);
   if (!step) return;
   for (const std::size_t i_series : step->passed) {
     const SeriesResult& series = measuring_.series(i_series);
-    // Outside of a section the program places each board by its own coordinates.
-    if (is_in_section_ && !is_same_place(series.placement, placement)) {
+    if (placement != nullptr && !is_same_place(series.placement, *placement)) {
       reporter_.report(Code::StoredElsewhere,
                        block.line,
                        block.column,
@@ -77,13 +85,21 @@ void VisionSession::advance(const Block& block, int n_points, const Placement& p
 
 // --- kept for translation ----------------------------------------------------------------------
 
-void VisionSession::refuse_kept(int line, std::string what) {
+void VisionSession::refuse_kept(int line, int column, std::string what, std::string expected) {
   reporter_.report(Code::NotSupported,
                    line,
-                   1,
-                   std::move(what),
-                   "one series in each copy of a pattern under M50, and M51 ahead of patterns");
+                   column,
+                   std::move(what) + ", which has no form in a translation",
+                   std::move(expected));
   measuring_.stop();
+}
+
+/// A translation writes the copies out where they begin with different tools.
+void VisionSession::refuse_written_out(int line, int column, const std::string& text) {
+  refuse_kept(line,
+              column,
+              text + " belongs to a pattern whose copies are written out",
+              "T# ahead of everything else in the pattern, M02 without T#, at most 10,000 copies");
 }
 
 /// One pass through a pattern stands for all its copies, so that the memory has the points of one.
@@ -92,20 +108,25 @@ std::optional<StoredCorrection> VisionSession::keep_stored(const Block& block,
                                                            int number) {
   const bool is_advance = command == Command::AdvanceCorrections;
   if (is_in_section_ && !is_advance) {
-    refuse_kept(block.line, quoted(block.text) + " in a pattern has no form in a translation");
+    refuse_kept(block.line,
+                block.column,
+                quoted(block.text) + " stands in a pattern",
+                code_text(command) + " before M25");
     return std::nullopt;
   }
   if (command == Command::StoreCorrections) {
     kept_.erase(number);
     kept_copies_.erase(number);
     recorded_label_ = number;
-    store_under(number);
+    awaits_pattern_ = true;
+    store_under(block, number);
     return StoredCorrection{StoredCorrectionKind::RecordNext, number, {}, 0};
   }
   if (command == Command::RewindCorrections) {
     rewind(block, number);
     rewound_label_ = number;
     kept_pointer_ = n_used_ = 0;
+    is_used_in_part_ = false;
     return StoredCorrection{StoredCorrectionKind::RewindNext, number, {}, 0};
   }
   if (!is_in_kept_pattern_) return keep_replay(block, number);
@@ -122,17 +143,20 @@ std::optional<StoredCorrection> VisionSession::keep_stored(const Block& block,
 
 /// M52 where each place has its own line: the points of all copies follow each other.
 std::optional<StoredCorrection> VisionSession::keep_replay(const Block& block, int n_points) {
-  refuse_unfinished(block.line, block.text);
+  if (!is_rewound(block)) return std::nullopt;
   const auto kept = kept_.find(rewound_label_);
   if (kept == kept_.end()) return std::nullopt;
   const int n_targets = kept->second.n_targets;
+  const int n_left = n_targets * kept_copies_[rewound_label_] - kept_pointer_;
+  if (n_points > n_left) {
+    report_exhausted(block, n_points, n_left);
+    return std::nullopt;
+  }
   advance_line_ = block.line;
   has_advanced_ = true;
   kept_pointer_ += n_points;
   // The memory has the points of one copy: they stand for the last one's.
-  if (kept_pointer_ == n_targets * kept_copies_[rewound_label_]) {
-    memory_.advance(memory_.points_left());
-  }
+  if (n_points == n_left) memory_.advance(memory_.points_left());
   is_used_in_part_ = kept_pointer_ % n_targets != 0;
   if (is_used_in_part_) return std::nullopt;
   StoredCorrection use = kept->second;
@@ -155,13 +179,29 @@ std::optional<StoredCorrection> VisionSession::keep_series(const TargetPlace& ta
   const bool is_offset = level == CorrectionLevel::Nested && n_targets == 1;
   const StoredCorrection keep{
       StoredCorrectionKind::Keep, recorded_label_, level, n_targets, is_offset};
+  const std::string command = quoted(code_text(target.command));
+  if (is_in_section_ && !is_in_kept_pattern_) {
+    refuse_written_out(target.line, 1, command);
+    return std::nullopt;
+  }
   const auto [kept, is_first] = kept_.try_emplace(recorded_label_, keep);
   const bool adds_offset = is_offset && kept->second.level == CorrectionLevel::Base;
-  if (!is_in_kept_pattern_ || (!is_first && !adds_offset)) {
+  if (!is_in_section_ || (!is_first && !adds_offset)) {
     refuse_kept(target.line,
-                std::string(is_first ? "a series stored outside of such a pattern"
-                                     : "a second series stored by one copy") +
-                    " has no form in a translation");
+                1,
+                fmt::format("{} completes {} under M50,{}",
+                            command,
+                            is_in_section_ ? "a second series of one copy"
+                                           : "a series outside of a pattern",
+                            recorded_label_),
+                "one series in each copy of a pattern, and G45 behind it");
+    return std::nullopt;
+  }
+  if (level == CorrectionLevel::Nested && fits_otherwise(n_targets)) {
+    refuse_kept(target.line,
+                1,
+                command + " completes a nested series whose model is not the manual's",
+                "[vision] model = \"stretch\", scale = false");
     return std::nullopt;
   }
   if (!is_first) {
@@ -173,25 +213,53 @@ std::optional<StoredCorrection> VisionSession::keep_series(const TargetPlace& ta
   return kept->second;
 }
 
+bool VisionSession::fits_otherwise(int n_targets) const {
+  if (n_targets < 2) return false;
+  return options_.chooses_model || (n_targets == 2 && options_.sieb_meyer.fits_scale);
+}
+
 // --- ends and refusals -------------------------------------------------------------------------
 
 void VisionSession::end_section(int line) {
   refuse_unfinished(line, "M08");
+  if (std::exchange(awaits_pattern_, false) && !measuring_.must_stop()) {
+    refuse_written_out(line, 1, fmt::format("\"M50,{}\"", recorded_label_));
+  }
   memory_.stop_recording();
   is_in_section_ = false;
-  const int rewind_line = std::exchange(rewind_line_, 0);
-  if (rewind_line == 0 || memory_.points_left() == 0 || measuring_.must_stop()) return;
-  reporter_.report(Code::PointsLeft,
-                   line,
-                   1,
-                   fmt::format("{} of the M51 in line {}", memory_.points_left(), rewind_line),
-                   "as many points advanced by M52 as were measured under M50");
-  measuring_.stop();
+  refuse_points_left(line, 1);
+  rewind_line_ = 0;
 }
 
-/// A replay outside of sections has no M08 at its end: it ends where another correction takes over.
+/// Of all copies, also if structure is kept and the memory has the points of one.
+int VisionSession::n_points_left() const {
+  const auto copies = kept_copies_.find(rewound_label_);
+  const auto kept = kept_.find(rewound_label_);
+  if (copies == kept_copies_.end() || kept == kept_.end()) return memory_.points_left();
+  if (kept_pointer_ == 0) return memory_.points_left() * copies->second;
+  return kept->second.n_targets * copies->second - kept_pointer_;
+}
+
+bool VisionSession::refuse_points_left(int line, int column) {
+  if (rewind_line_ == 0 || memory_.points_left() == 0 || measuring_.must_stop()) return false;
+  reporter_.report(Code::PointsLeft,
+                   line,
+                   column,
+                   fmt::format("{} of the M51 in line {}", n_points_left(), rewind_line_),
+                   "as many points advanced by M52 as were measured under M50");
+  measuring_.stop();
+  return true;
+}
+
+/// A replay outside of sections ends at the next M50 or M51, or with the program.
+/// "There must be as many M52 commands after an M51 as G36/G46".
+bool VisionSession::refuse_replayed_in_part(int line, int column) {
+  return !is_in_section_ && has_advanced_ && refuse_points_left(line, column);
+}
+
+/// Another correction takes over. Before the last board of a replay M52 goes on behind it.
 void VisionSession::end_replay_outside() {
-  if (!is_in_section_ && has_advanced_) rewind_line_ = 0;
+  if (!is_in_section_ && has_advanced_ && memory_.points_left() == 0) rewind_line_ = 0;
 }
 
 bool VisionSession::refuse_without_advance(int line) {

@@ -156,6 +156,7 @@ void VisionSession::complete(const TargetPlace& target) {
 void VisionSession::cancel_base(int line) {
   refuse_unfinished(line, "G37");
   end_replay_outside();
+  is_used_in_part_ = false;
   measuring_.corrections().clear_base();
 }
 
@@ -172,7 +173,10 @@ void VisionSession::end_instance(int line) {
 bool VisionSession::is_allowed(int line) {
   if (refuse_unfinished(line, "a coordinate")) return false;
   if (is_used_in_part_) {
-    refuse_kept(line, "a coordinate under a part of a copy's stored corrections");
+    refuse_kept(line,
+                1,
+                "a coordinate stands under a part of a copy's stored corrections",
+                "M52 up to the last target of the copy");
     return false;
   }
   return !refuse_inside_stored(line) && !refuse_without_advance(line);
@@ -180,6 +184,7 @@ bool VisionSession::is_allowed(int line) {
 
 void VisionSession::end_program(int line) {
   refuse_unfinished(line, "the end of the program");
+  refuse_replayed_in_part(line, 1);
 }
 
 bool VisionSession::is_unused() const {

@@ -25,7 +25,6 @@
 #include "program/walk/execution/emitter.h"
 #include "program/walk/execution/hole_sequence.h"
 #include "program/walk/options.h"
-#include "program/walk/pattern_digests.h"
 #include "program/walk/program.h"
 #include "program/walk/reporter.h"
 #include "program/walk/survey.h"
@@ -122,17 +121,27 @@ class Interpreter {
     double half_mm = 0;
   };
 
+  /// Offsets of patterns (CAMA).
+  struct KeptOffsets {
+    bool has_own = false;    ///< which ends with the copy
+    bool has_outer = false;  ///< that may have been in force before the copy began
+    int n_targets = 0;       ///< of G36 in this copy: they count together, until G34
+  };
   /// A section that is passed on as such.
   struct KeptSection {
     int n_copies = 0;
+    std::size_t n_waiting = 0;              ///< targets from ahead of it
     bool has_series = false;                ///< by G31, in each copy
     int n_targets = 0;                      ///< that each copy measures, by G32 and G36
     std::optional<StoredCorrection> saved;  ///< by each copy
     bool has_loaded = false;                ///< each copy has loaded its own
+    bool has_late_series = false;           ///< G31 behind G36
   };
   /// For translation: corrections as other languages know them.
   struct KeptState {
     std::vector<Position<frame::Nominal>> targets;  ///< that G31 will fit
+    KeptOffsets offsets;
+    bool may_load_offset = false;  ///< a set was saved under one
     int n_of_last = 0;  ///< targets of the last correction, if it was calculated
     std::optional<std::int64_t> turned_off_in;  ///< the block of the last G30
     std::optional<KeptSection> section;         ///< that is passed on
@@ -277,10 +286,11 @@ class Interpreter {
   bool organizes(const Section& section) const;
   bool is_repeated() const;
   bool begins_alike(const Section& section) const;
-  void pass_order(int line,
-                  std::string_view text,
-                  std::string_view remedy,
-                  const std::optional<Position<frame::Nominal>>& target = std::nullopt);
+  void pass_order(int line, OpticalOrder order);
+  bool has_executed_copy() const;
+  void end_kept_section(const Section& section);
+  KeptOffsets begin_kept_copy();
+  void end_kept_copy(int line, const KeptOffsets& outer);
   void keep_optical_order(const Block& block, Command command);
   void keep_target(const Block& block, Command command, const Position<frame::Nominal>& nominal);
   void keep_pattern_target(const Block& block, const Position<frame::Nominal>& nominal);
@@ -289,6 +299,7 @@ class Interpreter {
   void keep_set(const Block& block);
   KeptOrder save_of_copies(const std::optional<int>& location);
   KeptOrder save_at(const std::optional<int>& location);
+  KeptOrder load_kept(const std::optional<int>& location);
   KeptOrder load_of_copies();
   KeptOrder load_from(const std::optional<int>& location);
   void clear_sets(const std::optional<int>& location);
@@ -311,7 +322,6 @@ class Interpreter {
   Measuring measuring_;
   WalkPlace place_;
   Emitter emitter_;
-  PatternDigests digests_;
   OpticalSession optical_;
   Settings settings_;
   SurfaceSession surface_;
@@ -356,7 +366,6 @@ class Interpreter {
   std::int64_t n_blocks_ = 0;
   double step_mm_ = 0;  ///< rounding of the arc in hand
   KeptState kept_;
-  bool kept_offset_ = false;    ///< of the pattern (CAMA), which ends with its copy; structure kept
   bool has_kept_grid_ = false;  ///< G78, G79; structure kept
 
   // Depths

@@ -108,26 +108,54 @@ void Interpreter::run_kept(int i_section) {
   place(frame_);
   emitter_.put(section.begin.number, PatternBegin{});
   repeats_tool_ = true;
-  kept_.section = KeptSection{.n_copies = static_cast<int>(copies.size())};
+  kept_.section = KeptSection{.n_copies = static_cast<int>(copies.size()),
+                              .n_waiting = kept_.targets.size()};
   run_copy(i_section, start);
   repeats_tool_ = false;
-  const KeptSection done = *std::exchange(kept_.section, std::nullopt);
+  end_kept_section(section);
   if (has_ended()) return;
-  for (int i = 1; done.saved && i <= done.n_copies; ++i) {
-    kept_.sets[i] = *done.saved;
-    kept_.sets[i].copy = i;
-  }
   emitter_.put(section.closing.number, PatternEnd{copies});
   place(outer);
 }
 
+void Interpreter::end_kept_section(const Section& section) {
+  const KeptSection done = *std::exchange(kept_.section, std::nullopt);
+  if (has_ended()) return;
+  if (done.n_copies > 1 && kept_.targets.size() > done.n_waiting) {
+    pass_order(section.closing.number,
+               {.text = "",
+                .remedy = "G31 behind its last target",
+                .problem = "a section that leaves targets to its next copy"});
+  }
+  for (int i = 1; done.saved && i <= done.n_copies; ++i) {
+    kept_.sets[i] = *done.saved;
+    kept_.sets[i].copy = i;
+  }
+}
+
+/// Gives the offsets that hold round the copy.
+Interpreter::KeptOffsets Interpreter::begin_kept_copy() {
+  const KeptOffsets outer = kept_.offsets;
+  kept_.offsets = {.has_outer = outer.has_own || outer.has_outer};
+  return outer;
+}
+
+void Interpreter::end_kept_copy(int line, const KeptOffsets& outer) {
+  if (std::exchange(kept_.offsets, outer).has_own) {
+    emitter_.put(line, CancelCorrection{CorrectionLevel::Nested});
+  }
+}
+
+/// Its copies are not passed on as such.
+bool Interpreter::has_executed_copy() const {
+  return !steps_.empty() && !kept_.section;
+}
+
 // --- optical measurement -----------------------------------------------------------------------
 
-void Interpreter::pass_order(int line,
-                             std::string_view text,
-                             std::string_view remedy,
-                             const std::optional<Position<frame::Nominal>>& target) {
-  emitter_.put(line, OpticalOrder{text, target, remedy});
+void Interpreter::pass_order(int line, OpticalOrder order) {
+  order.ends_with_copy &= has_executed_copy();
+  emitter_.put(line, order);
 }
 
 void Interpreter::keep_optical_order(const Block& block, Command command) {
@@ -163,17 +191,28 @@ void Interpreter::keep_target(const Block& block,
       mode == 5  ? "targets that show both coordinates, and [vision] mode = 1"
       : is_layer ? "one layer of each target: G33 alone, or [vision] mode = 1"
                  : "";
-  pass_order(block.line, code_text(command), remedy, nominal);
+  const std::string text = code_text(command);
+  pass_order(block.line, {.text = text, .target = nominal, .remedy = remedy});
   if (remedy.empty()) kept_.targets.push_back(nominal);
 }
 
 /// G36 under CAMA.
 void Interpreter::keep_pattern_target(const Block& block, const Position<frame::Nominal>& nominal) {
-  // Excellon would store it as well.
-  const bool is_late = kept_.section && kept_.section->saved;
-  pass_order(block.line, "G36", is_late ? "G36 before G39,SAVE" : "", nominal);
-  if (is_late) return;
-  kept_offset_ = true;
+  KeptOffsets& offsets = kept_.offsets;
+  OpticalOrder order{.text = "G36", .target = nominal, .ends_with_copy = true};
+  if (kept_.section && kept_.section->saved) {
+    order.remedy = "G36 before G39,SAVE";  // Excellon would store it as well
+  } else if (offsets.has_outer) {
+    order.remedy = "G34 before the section";
+    order.problem = "G36 under an offset from outside of its section";
+  } else if (offsets.n_targets > 0) {
+    order.remedy = "one G36 in each copy, or G34 before the second";
+    order.problem = "one offset of a pattern from several targets (CAMA)";
+  }
+  pass_order(block.line, order);
+  offsets.has_own = true;
+  ++offsets.n_targets;
+  if (!order.remedy.empty()) return;
   if (kept_.section) ++kept_.section->n_targets;
   const std::array targets = {nominal};
   emitter_.put(block.line, VisionSeries{CorrectionLevel::Nested, targets});
@@ -182,30 +221,45 @@ void Interpreter::keep_pattern_target(const Block& block, const Position<frame::
 /// G31.
 void Interpreter::keep_series(const Block& block) {
   const std::vector<Position<frame::Nominal>> targets = std::exchange(kept_.targets, {});
-  const bool is_late = kept_.section && kept_.section->saved;
-  const std::string_view remedy = targets.empty() ? "targets (G32) ahead of every G31"
-                                  : is_late       ? "G31 before G39,SAVE"
-                                                  : "";
-  pass_order(block.line, "G31", remedy);
-  kept_.n_of_last = 0;
-  if (!remedy.empty()) return;
-  kept_.n_of_last = static_cast<int>(targets.size());
-  if (kept_.section) {
-    kept_.section->has_series = true;
-    kept_.section->n_targets += kept_.n_of_last;
+  KeptSection* const section = kept_.section ? &*kept_.section : nullptr;
+  const bool takes_others =
+      section != nullptr && section->n_copies > 1 && std::exchange(section->n_waiting, 0) > 0;
+  OpticalOrder order{.text = "G31"};
+  if (targets.empty()) {
+    order.remedy = "targets (G32) ahead of every G31";
+    order.ends_with_copy = kept_.offsets.has_outer;
+  } else if (section != nullptr && section->saved) {
+    order.remedy = "G31 before G39,SAVE";
+  } else if (takes_others) {
+    order.remedy = "all targets in the section";
+    order.problem = "G31 with targets from ahead of its section, which one copy takes";
   }
+  pass_order(block.line, order);
+  kept_.n_of_last = 0;
+  if (!order.remedy.empty()) return;
+  kept_.n_of_last = static_cast<int>(targets.size());
+  if (section != nullptr) {
+    section->has_series = true;
+    section->has_late_series |= kept_.offsets.n_targets > 0;
+    section->n_targets += kept_.n_of_last;
+  }
+  kept_.offsets.has_own = false;
   emitter_.put(block.line, VisionSeries{CorrectionLevel::Base, targets});
 }
 
 /// G30, which clears as well where it comes twice running, and G34.
 void Interpreter::keep_end(const Block& block, Command command) {
-  pass_order(block.line, code_text(command), "");
+  const std::string text = code_text(command);
+  pass_order(block.line, {.text = text});
   const bool turns_off = command == Command::CorrectionOff;
   const bool is_second = turns_off && kept_.turned_off_in && *kept_.turned_off_in + 1 == n_blocks_;
   if (turns_off) kept_.turned_off_in = n_blocks_;
   if (!turns_off || is_second) {
     kept_.targets.clear();
     kept_.n_of_last = 0;
+    kept_.offsets.has_own = false;
+    kept_.offsets.n_targets = 0;
+    if (kept_.section) kept_.section->n_waiting = 0;
   }
   emitter_.put(block.line, CancelCorrection{CorrectionLevel::Base});
 }
@@ -246,12 +300,15 @@ void Interpreter::keep_set(const Block& block) {
     text += std::to_string(*location);
   }
   KeptOrder kept;
+  const bool loads = order.kind == SetOrderKind::Load;
+  const bool ends_with_copy = loads && (kept_.offsets.has_outer || kept_.may_load_offset);
   switch (order.kind) {
     case SetOrderKind::Save:
       kept = kept_.section ? save_of_copies(location) : save_at(location);
+      kept_.may_load_offset |= kept_.offsets.has_own || kept_.offsets.has_outer;
       break;
     case SetOrderKind::Load:
-      kept = kept_.section && !location ? load_of_copies() : load_from(location);
+      kept = load_kept(location);
       break;
     case SetOrderKind::Clear:
       clear_sets(location);
@@ -264,7 +321,7 @@ void Interpreter::keep_set(const Block& block) {
       kept.remedy = "the offset calibrated by the control that drills (G39X#Y#, $uvis,calib)";
       break;
   }
-  pass_order(block.line, text, kept.remedy);
+  pass_order(block.line, {.text = text, .remedy = kept.remedy, .ends_with_copy = ends_with_copy});
   if (kept.stored) emitter_.put(block.line, *kept.stored);
 }
 
@@ -280,9 +337,11 @@ Interpreter::KeptOrder Interpreter::save_of_copies(const std::optional<int>& loc
   if (!section.has_series || !kept_.targets.empty()) {
     return {"G32 and G31 before it in the same section", {}};
   }
-  const CorrectionLevel level = kept_offset_ ? CorrectionLevel::Nested : CorrectionLevel::Base;
+  if (section.has_late_series) return {"G36 behind G31", {}};
+  const bool is_offset = kept_.offsets.has_own;
+  const CorrectionLevel level = is_offset ? CorrectionLevel::Nested : CorrectionLevel::Base;
   section.saved = StoredCorrection{
-      StoredCorrectionKind::Keep, ++kept_.n_labels, level, section.n_targets, kept_offset_};
+      StoredCorrectionKind::Keep, ++kept_.n_labels, level, section.n_targets, is_offset};
   return {{}, section.saved};
 }
 
@@ -290,7 +349,8 @@ Interpreter::KeptOrder Interpreter::save_of_copies(const std::optional<int>& loc
 Interpreter::KeptOrder Interpreter::save_at(const std::optional<int>& location) {
   if (!location) return {"G39,SAVE# with a number", {}};
   kept_.sets.erase(*location);
-  if (kept_.n_of_last == 0 || kept_offset_ || !kept_.targets.empty()) {
+  const bool has_offset = kept_.offsets.has_own || kept_.offsets.has_outer;
+  if (kept_.n_of_last == 0 || has_offset || !kept_.targets.empty()) {
     return {"G39,SAVE# right behind G31", {}};
   }
   const StoredCorrection keep{
@@ -298,6 +358,19 @@ Interpreter::KeptOrder Interpreter::save_at(const std::optional<int>& location) 
   kept_.sets[*location] = keep;
   kept_.sets[*location].copy = 1;
   return {{}, keep};
+}
+
+/// A set replaces an offset too; but that from outside of a section comes back behind the copy if
+/// the set is of the same base correction.
+Interpreter::KeptOrder Interpreter::load_kept(const std::optional<int>& location) {
+  kept_.n_of_last = 0;
+  if (kept_.offsets.has_outer) {
+    kept_.offsets.has_own = kept_.may_load_offset;
+    return {"G34 before the section, which ends the offset (CAMA) from outside of it", {}};
+  }
+  KeptOrder kept = kept_.section && !location ? load_of_copies() : load_from(location);
+  kept_.offsets.has_own = kept.stored ? kept.stored->is_offset : kept_.may_load_offset;
+  return kept;
 }
 
 /// Each copy of the section takes what the copy with its number has kept.
@@ -319,7 +392,6 @@ Interpreter::KeptOrder Interpreter::load_of_copies() {
 }
 
 Interpreter::KeptOrder Interpreter::load_from(const std::optional<int>& location) {
-  kept_.n_of_last = 0;
   const auto set = location ? kept_.sets.find(*location) : kept_.sets.end();
   if (set == kept_.sets.end()) return {"G39,SAVE# with that number, right behind G31", {}};
   StoredCorrection use = set->second;

@@ -12,8 +12,8 @@ TargetPlace Interpreter::target_place(const Block& block, Command command) {
   for (const auto& [n, i] : steps_) copies.push_back(n);
   return {command,
           block.line,
-          std::string(place_.file),
-          digests_.of(place_.file, text_.bytes),
+          std::string(place_.pattern.path),
+          std::string(place_.pattern.sha256),
           place_.path,
           place_.placement(position_mm<frame::Programmed>(modal_.at_mm)),
           place_.placement,
@@ -53,6 +53,7 @@ void Interpreter::optical_order(const Block& block, const Order& order) {
     case Command::MeasureOffset: {
       if (optical_.is_pattern_mode()) return optical_.measure_pattern(target);
       const auto seen = optical_.measure_hole(target);  // in both walks, whatever the tool
+      emitter_.stop_after(trial_);
       if (seen && has_tool(block.line) && !is_forbidden(block.line, modal_.at_mm)) {
         emitter_.set_cut(cut_at(block.line, modal_.at_mm));
         emitter_.drill_at_target(block.line, modal_.at_mm, *seen);

@@ -145,8 +145,8 @@ void Interpreter::run_copy(int i_section, const Modal& start) {
   contour_ = Contour::None;
   const bool was_on = surface_.is_on();
   const bool left_on = std::exchange(leaves_surface_on_, false);
-  const bool outer_offset = std::exchange(kept_offset_, false);
   optical_.begin_copy();
+  const KeptOffsets outer_offsets = begin_kept_copy();
   run_body(i_section);
   if (has_ended()) return;
   const int line = cursor_.line_number();
@@ -182,9 +182,7 @@ void Interpreter::run_copy(int i_section, const Modal& start) {
   }
   leaves_surface_on_ = left_on;
   optical_.end_copy(line);
-  if (std::exchange(kept_offset_, outer_offset)) {
-    emitter_.put(line, CancelCorrection{CorrectionLevel::Nested});
-  }
+  end_kept_copy(line, outer_offsets);
 }
 
 /// The manual switches to absolute coordinates at an offset line, and takes program zero for the
@@ -359,7 +357,7 @@ void Interpreter::call(const Block& block, const Order& order) {
   const Placement outer = placement_;
   const Modal modal = modal_;
   const std::string file = reporter_.file();
-  const std::string_view place_file = place_.file;
+  const PatternFile outer_pattern = place_.pattern;
   reporter_.set_file(source.file);
   if (is_cut_off(source.bytes, body)) {
     reporter_.report_end_missing(source.bytes, "complete lines");
@@ -375,7 +373,7 @@ void Interpreter::call(const Block& block, const Order& order) {
   const Eigen::Vector2d zero_mm(order.xy_mm[0].value_or(0), order.xy_mm[1].value_or(0));
   place(outer *
         Transform<frame::Programmed, frame::Programmed>(Eigen::Matrix2d::Identity(), zero_mm));
-  place_.file = source.file;
+  place_.pattern = {source.file, source.sha256};
   calls_.push_back(name);
   ++depth_;
   contour_ = Contour::None;
@@ -394,7 +392,7 @@ void Interpreter::call(const Block& block, const Order& order) {
   --depth_;
   calls_.pop_back();
   reporter_.set_file(file);
-  place_.file = place_file;
+  place_.pattern = outer_pattern;
   text_ = caller;
   cursor_ = back;
   modal_ = modal;

@@ -39,7 +39,8 @@ void ExcellonWriter::refuse_cut(const DepthOfCut& cut) {
 /// What this language says is in other operations as well.
 void ExcellonWriter::write(const OpticalOrder& order) {
   if (!is_foreign() || order.remedy.empty()) return;
-  refuse(quoted(order.text), std::string(order.remedy));
+  refuse(order.problem.empty() ? quoted(order.text) : std::string(order.problem),
+         std::string(order.remedy));
 }
 
 /// Where structure is not kept, strokes have what the orders lead to. Strokes below a probed

@@ -76,18 +76,27 @@ void ExcellonWriter::use_stored(const StoredCorrection& stored) {
   if (copy == 0) {
     line(fmt::format("M52,{}", stored.n_targets));
   } else {
-    line(fmt::format("M51,{}", stored.label));
-    line(fmt::format("M52,{}", copy * stored.n_targets));
-    is_replaying_ = copy < kept->second;
+    pass_points(stored, copy * stored.n_targets, kept->second * stored.n_targets);
   }
   has_base_ = true;
-  has_nested_ = stored.level == CorrectionLevel::Nested && (copy == 0 || executed_copy_ > 0);
+  has_nested_ = false;
 }
 
-/// G37 ends a replay, so that M08 does not wait for the rest of its points. A base series that
-/// comes next would replace what it cancels.
+void ExcellonWriter::pass_points(const StoredCorrection& stored, int n_points, int n_all) {
+  const bool goes_on = replay_ && replay_->label == stored.label && replay_->n_passed < n_points;
+  if (!goes_on) {
+    end_replay();
+    line(fmt::format("M51,{}", stored.label));
+    replay_ = Replay{stored.label, 0, n_all};
+  }
+  line(fmt::format("M52,{}", n_points - std::exchange(replay_->n_passed, n_points)));
+}
+
+/// "There must be as many M52 commands after an M51 as G36/G46": passes the rest, whose correction
+/// another one, or none, replaces at once.
 void ExcellonWriter::end_replay() {
-  if (std::exchange(is_replaying_, false)) line("G37");
+  if (is_replaying()) line(fmt::format("M52,{}", replay_->n_points - replay_->n_passed));
+  replay_.reset();
 }
 
 /// The other control looks where the correction in force puts the targets; G35 and G36 are
@@ -98,7 +107,7 @@ void ExcellonWriter::lose_looking() {
 
 void ExcellonWriter::note_base_series() {
   if (std::exchange(has_base_, true)) lose_looking();
-  is_replaying_ = false;
+  end_replay();
 }
 
 // --- in patterns -------------------------------------------------------------------------------
@@ -125,8 +134,8 @@ bool ExcellonWriter::may_repeat_sets(const PatternSets& sets,
                                      std::size_t end,
                                      std::size_t n_copies) const {
   if (sets.uses_others) return false;
-  if (sets.keep != nullptr) return !is_replaying_ || measures_first(begin, end);
-  if (sets.use == nullptr) return !is_replaying_;
+  if (sets.keep != nullptr) return !is_replaying() || measures_first(begin, end);
+  if (sets.use == nullptr) return !is_replaying();
   const auto kept = n_kept_copies_.find(sets.use->label);
   const bool uses_all = kept != n_kept_copies_.end() && kept->second == static_cast<int>(n_copies);
   return uses_all && !works_before_use(begin);
@@ -148,6 +157,18 @@ bool ExcellonWriter::measures_first(std::size_t begin, std::size_t end) const {
     if (series != nullptr) return series->level == CorrectionLevel::Base;
   }
   return false;
+}
+
+/// What a pattern does last to the base correction puts one in force.
+bool ExcellonWriter::leaves_base(std::size_t begin, std::size_t end) const {
+  bool leaves = false;
+  for (std::size_t i = begin; i < end; ++i) {
+    const auto* const series = std::get_if<VisionSeries>(&stored_[i].what);
+    const auto* const cancel = std::get_if<CancelCorrection>(&stored_[i].what);
+    if (series != nullptr) leaves |= series->level == CorrectionLevel::Base;
+    if (cancel != nullptr) leaves &= cancel->level != CorrectionLevel::Base;
+  }
+  return leaves;
 }
 
 /// A correction that is loaded by the number of its location, and replaced before anything is done

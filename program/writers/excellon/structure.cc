@@ -58,11 +58,7 @@ void ExcellonWriter::put_stored(std::size_t begin, std::size_t end, const WorkMa
     }
     if (copies.empty()) copies.push_back(map);
     note_place(stored_[i]);
-    const bool outer_nested = std::exchange(has_nested_, false);
-    has_outer_nested_ = outer_nested;
     put_pattern(inner, i, copies);
-    has_outer_nested_ = false;
-    has_nested_ = outer_nested;
   }
 }
 
@@ -93,27 +89,22 @@ void ExcellonWriter::put_pattern(std::size_t begin,
     for (const WorkMap& copy : copies) {
       ++executed_copy_;
       put_stored(begin, end, copy);
-      end_copy();
     }
     executed_copy_ = 0;
     return;
   }
   if (sets.use != nullptr) {
-    is_replaying_ = false;
+    end_replay();
     put_now({.what = StoredCorrection{StoredCorrectionKind::RewindNext, sets.use->label, {}, 0}});
   }
+  // The second copy looks under what the first has left.
+  has_base_ |= copies.size() > 1 && leaves_base(begin, end);
   put_now({.what = PatternBegin()});
   put_stored(begin, end, copies.front());
-  end_copy();
   const WorkMap back = copies.front().inverse();
   std::vector<WorkMap> others;
   for (std::size_t i = 1; i < copies.size(); ++i) others.push_back(copies[i] * back);
   close_pattern(others);
-}
-
-/// In the other language the offset of a pattern ends with its copy.
-void ExcellonWriter::end_copy() {
-  if (std::exchange(has_nested_, false)) line("G47");
 }
 
 void ExcellonWriter::write(const PatternBegin&) {
@@ -189,7 +180,7 @@ void ExcellonWriter::say_vision_tool() {
 void ExcellonWriter::write(const VisionSeries& series) {
   const bool is_nested = series.level == CorrectionLevel::Nested;
   const auto n = static_cast<int>(series.targets.size());
-  if (is_foreign() && is_nested && (n > 1 || has_nested_ || has_outer_nested_)) {
+  if (is_foreign() && is_nested && (n > 1 || has_nested_)) {
     return refuse("one offset of a pattern from several targets (CAMA)", "one G36 in each copy");
   }
   if (is_foreign()) {
@@ -219,7 +210,10 @@ void ExcellonWriter::write(const TargetHole& hole) {
 
 void ExcellonWriter::write(const CancelCorrection& cancel) {
   has_nested_ = false;
-  if (cancel.level == CorrectionLevel::Base) has_base_ = is_replaying_ = false;
+  if (cancel.level == CorrectionLevel::Base) {
+    has_base_ = false;
+    end_replay();
+  }
   line(cancel.level == CorrectionLevel::Nested ? "G47" : "G37");
 }
 

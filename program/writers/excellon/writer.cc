@@ -123,6 +123,7 @@ void ExcellonWriter::put_now(const Operation& operation) {
 
 void ExcellonWriter::end() {
   put_held(nullptr);
+  end_replay();
   if (in_header_) close_header("M95");
   if (!has_end_) line("M30");
 }
@@ -392,10 +393,12 @@ void ExcellonWriter::write(const Stop& stop) {
     case StopKind::EndAccepted:
       return line(';' + std::string(kEndAcceptedComment));
     case StopKind::EndNoRewind:
+      end_replay();
       has_end_ = true;
       text() += "M00";
       break;
     case StopKind::EndRewind:
+      end_replay();
       has_end_ = true;
       text() += "M30";
       break;

@@ -96,10 +96,18 @@ class ExcellonWriter final : public ProgramWriter {
     const StoredCorrection* use = nullptr;  ///< each copy its own
     bool uses_others = false;               ///< one of another copy, or outside of patterns
   };
+  /// M51, and the M52 behind it.
+  struct Replay {
+    int label = 0;
+    int n_passed = 0;
+    int n_points = 0;  ///< all have to be passed
+  };
   bool hold(const Operation& operation);
   void put_held(const StoredCorrection* keep);
   void use_stored(const StoredCorrection& stored);
+  void pass_points(const StoredCorrection& stored, int n_points, int n_all);
   void end_replay();
+  bool is_replaying() const { return replay_ && replay_->n_passed < replay_->n_points; }
   void lose_looking();
   void note_base_series();
   PatternSets sets_of(std::size_t begin, std::size_t end) const;
@@ -110,13 +118,13 @@ class ExcellonWriter final : public ProgramWriter {
   bool works_before_use(std::size_t begin) const;
   bool measures_first(std::size_t begin, std::size_t end) const;
   bool is_superseded(std::size_t i, std::size_t end) const;
+  bool leaves_base(std::size_t begin, std::size_t end) const;
 
   // structure.cc
   void store(const Operation& operation);
   void put_stored(std::size_t begin, std::size_t end, const WorkMap& map);
   void put_pattern(std::size_t begin, std::size_t end, const std::vector<WorkMap>& copies);
   void close_pattern(const std::vector<WorkMap>& copies);
-  void end_copy();
   void write(const PatternBegin& begin);
   void write(const PatternEnd& end);
   void write(const VisionSeries& series);
@@ -148,10 +156,9 @@ class ExcellonWriter final : public ProgramWriter {
   StoredOperations held_;             ///< a base series, and what came behind it
   std::map<int, int> n_kept_copies_;  ///< that keep their corrections, by label
   int executed_copy_ = 0;             ///< of a pattern that is not repeated, from 1
-  bool is_replaying_ = false;         ///< M52 has left points of a label
+  std::optional<Replay> replay_;      ///< outside of patterns
   bool has_base_ = false;             ///< a correction may be in force
-  bool has_nested_ = false;           ///< the other control drops it at the end of the copy
-  bool has_outer_nested_ = false;     ///< the same, of the program round the pattern
+  bool has_nested_ = false;           ///< one is in force, or was in this copy
   bool has_grid_ = false;             ///< that the other control measures
   bool has_vision_tool_ = false;
   std::optional<int> series_size_;  ///< as $uvis,alg said last

@@ -21,8 +21,8 @@ namespace {
 /// The word of a line that probes, which is executed before the output is.
 constexpr std::string_view kDummyTool = "TD";
 
-/// The last storage location (G39,SAVEn): copies have theirs by their numbers from 1.
-constexpr int kBoardLocation = 1000;
+/// Storage locations (G39,SAVEn): copies have theirs by their numbers from 1, the board the last.
+constexpr std::size_t kLocations = 1000;
 
 /// Command that has to stand before a function's text, which is not always a command by itself.
 std::string_view command_before(const Function& function) {
@@ -113,13 +113,11 @@ void SiebMeyerWriter::write(const PatternBegin&) {
   if (!is_switched_on_) say_surface_line({});
   line("M31");
   ++n_open_patterns_;
-  cancels_ahead_ = works_behind_cancel_ = false;
-  restores_in_pattern_ = has_worked_ahead_ = false;
+  pattern_ = {};
   up_at_.reset();
   feed_.reset();
   begin_depths_of_copy();
   pattern_mode_.reset();
-  n_nested_targets_ = 0;
 }
 
 /// Source SIEB & MEYER CNC 8x.00 Command Set, 5.3, 5.5
@@ -143,28 +141,34 @@ void SiebMeyerWriter::write(const PatternEnd& end) {
   }
   line_ += "M30";
   finish_line();
-  refuse_offset_that_goes_on(copies.size());
   --n_open_patterns_;
   up_at_.reset();
   feed_.reset();
   pattern_mode_.reset();
-  n_nested_targets_ = 0;
-  if (has_kept_ && copies.size() >= static_cast<std::size_t>(kBoardLocation)) {
-    refuse(fmt::format("corrections of {} copies", copies.size()),
-           fmt::format("at most {}", kBoardLocation - 1));
+  refuse_uneven_copies(copies.size());
+  keeps_copies_ = false;
+  if (std::exchange(pattern_, {}).has_offset) {
+    // It ends with the copy; Excellon's goes on until it is cancelled.
+    if (nested_ == Nested::InForce) nested_ = Nested::Ended;
+    if (nested_ == Nested::Cancelled) nested_ = Nested::None;
   }
-  keeps_copies_ = has_kept_ = has_whole_ = cancels_ahead_ = works_behind_cancel_ = false;
-  // The offset of a pattern ends with its copy; Excellon's goes on until it is cancelled.
-  if (nested_ == Nested::InForce) nested_ = Nested::Ended;
-  if (nested_ == Nested::Cancelled) nested_ = Nested::None;
 }
 
-/// The nested correction of a copy holds in the next one until that measures its own.
-void SiebMeyerWriter::refuse_offset_that_goes_on(std::size_t n_copies) {
-  const bool goes_on = nested_ == Nested::InForce && n_nested_targets_ > 0 && n_copies > 1;
-  if (!goes_on || !has_worked_ahead_) return;
-  refuse("a place ahead of the target (G45) in a pattern, under the correction of the copy before",
-         "G47 at the pattern's end");
+/// What the second copy would not do as the first does.
+/// Source SIEB & MEYER CNC 8x.00 Command Set, 9, G39 (1000 storage locations)
+void SiebMeyerWriter::refuse_uneven_copies(std::size_t n_copies) {
+  const bool leaves_offset = pattern_.has_offset && nested_ == Nested::InForce;
+  if (leaves_offset && pattern_.works_ahead && n_copies > 1) {
+    refuse("a place in a copy under the nested correction of the copy before",
+           "G47 at the pattern's end");
+  }
+  if (!pattern_.has_kept) return;
+  n_kept_copies_ = n_copies;
+  const std::size_t most = kLocations - (uses_board_location_ ? 1 : 0);
+  if (n_copies > most) {
+    refuse(fmt::format("a pattern of {} copies that store corrections", n_copies),
+           fmt::format("at most {}", most));
+  }
 }
 
 // --- vision ------------------------------------------------------------------------------------
@@ -172,7 +176,12 @@ void SiebMeyerWriter::refuse_offset_that_goes_on(std::size_t n_copies) {
 /// In the language itself the orders are passed on as they are.
 /// Source SIEB & MEYER CNC 8x.00 Command Set, 9
 void SiebMeyerWriter::write(const OpticalOrder& order) {
-  if (is_foreign()) return;
+  if (is_foreign() || order.text.empty()) return;
+  if (order.ends_with_copy && n_open_patterns_ == 0) {
+    return refuse(fmt::format("{} for a copy that is written out, which ends with it",
+                              quoted(order.text)),
+                  "an innermost section whose copies begin with the same tool and depth");
+  }
   up_at_.reset();
   if (!order.target) return line(order.text);
   if (order.text == "G36") switch_pattern_mode(true);
@@ -187,16 +196,24 @@ void SiebMeyerWriter::write(const OpticalOrder& order) {
 void SiebMeyerWriter::write(const VisionSeries& series) {
   if (!is_foreign()) return;
   if (series.level == CorrectionLevel::Nested) return write_nested(series);
-  if (n_open_patterns_ > 0 && (restores_in_pattern_ || has_whole_)) {
-    refuse(restores_in_pattern_ ? "a base series behind G47 in its pattern"
-                                : "a base series behind a nested one in its pattern",
-           restores_in_pattern_ ? "G47 before the pattern" : "the base series first");
+  if (n_open_patterns_ > 0 && pattern_.restores_board) {
+    refuse("a base series behind G47 in its pattern", "G47 before the pattern");
+  } else if (n_open_patterns_ > 0 && pattern_.has_whole) {
+    refuse("a base series behind a nested one in its pattern", "the base series first");
   }
-  if (has_base_ || n_open_patterns_ > 0 || is_replaced_) line("G34");
+  if (has_base_ || n_open_patterns_ > 0 || is_replaced_) clear_corrections();
   measure_targets(series);
   n_board_targets_ = series.targets.size();
   has_base_ = true;
   is_board_saved_ = is_replaced_ = false;
+}
+
+/// Also what is nested; but an offset from outside of patterns comes back behind the copy.
+void SiebMeyerWriter::clear_corrections() {
+  line("G34");
+  if (n_open_patterns_ > 0) return;
+  has_outer_offset_ = has_loaded_offset_ = false;
+  pattern_.n_nested_targets = 0;
 }
 
 void SiebMeyerWriter::measure_targets(const VisionSeries& series) {
@@ -220,14 +237,18 @@ bool SiebMeyerWriter::may_be_whole(const VisionSeries& series) const {
 /// to the same targets, from where they are nominally, is the whole correction. The board's is in
 /// force before, so that targets are found; in a pattern the copy before may have replaced it.
 void SiebMeyerWriter::write_whole(const VisionSeries& series) {
-  if (works_behind_cancel_) refuse_cancel_ahead();
+  if (series.fits_otherwise) {
+    return refuse("a nested series whose model is not the manual's",
+                  "[vision] model = \"stretch\", scale = false");
+  }
+  if (pattern_.works_behind_cancel) refuse_cancel_ahead();
   switch_pattern_mode(false);
   save_board();
   is_replaced_ |= n_open_patterns_ > 0;
   restore_board();
   measure_targets(series);
   is_replaced_ = true;
-  has_whole_ = n_open_patterns_ > 0;
+  pattern_.has_whole = n_open_patterns_ > 0;
 }
 
 /// In the first copy there may be nothing to cancel, in the second there is, and places between it
@@ -237,11 +258,14 @@ void SiebMeyerWriter::refuse_cancel_ahead() {
          "G47 before the pattern, or at its end");
 }
 
-/// Keeps the base correction, once, while it is in force.
+/// Keeps the base correction, once, while it is in force: in the last location, where the last of
+/// 1000 copies has its own.
 void SiebMeyerWriter::save_board() {
   if (!has_base_ || is_replaced_ || std::exchange(is_board_saved_, true)) return;
   is_saved_with_offset_ = nested_ == Nested::InForce;
-  line(fmt::format("G39,SAVE{}", kBoardLocation));
+  line(fmt::format("G39,SAVE{}", kLocations));
+  uses_board_location_ = true;
+  if (n_kept_copies_ == kLocations) kept_label_.reset();
 }
 
 /// Puts the base correction in force where that of a copy has replaced it.
@@ -251,30 +275,43 @@ void SiebMeyerWriter::restore_board() {
     refuse("the base correction behind a nested one (G45) that was in force with it",
            "G47 ahead of other nested corrections");
   }
-  line(has_base_ ? fmt::format("G39,LOAD{}", kBoardLocation) : "G34");
+  line(has_base_ ? fmt::format("G39,LOAD{}", kLocations) : "G34");
   up_at_.reset();
-  restores_in_pattern_ = n_open_patterns_ > 0;
+  pattern_.restores_board = n_open_patterns_ > 0;
+  if (n_open_patterns_ == 0) has_loaded_offset_ = false;
+}
+
+/// The control takes a second target of one copy, or of the program outside of patterns, together
+/// with the first, and an offset from outside comes back behind a copy that has its own.
+bool SiebMeyerWriter::refuse_second_nested() {
+  const bool comes_back = has_outer_offset_ || (has_loaded_offset_ && n_open_patterns_ > 0);
+  if (pattern_.n_nested_targets == 0 && !comes_back) return false;
+  refuse("a second nested correction", "one for each copy of a pattern, and G37 between others");
+  return true;
 }
 
 /// All targets of a copy give one offset, so that a second series would change the first.
 /// Source SIEB & MEYER CNC 8x.00 Command Set, 9, G36 (CAMA)
 void SiebMeyerWriter::write_nested(const VisionSeries& series) {
+  if (has_outer_offset_ && refuse_second_nested()) return;
   const bool may_save = keeps_copies_ || n_open_patterns_ == 0;
-  if (may_save && n_nested_targets_ == 0 && may_be_whole(series)) return write_whole(series);
+  if (may_save && pattern_.n_nested_targets == 0 && may_be_whole(series)) {
+    return write_whole(series);
+  }
   if (series.targets.size() > 1) {
     return refuse(fmt::format("a nested series of {} targets", series.targets.size()),
                   "one target (G45): an offset is all that SIEB & MEYER nests");
   }
-  if (n_nested_targets_ > 0) {
-    return refuse("a second nested correction", "one for each copy of a pattern");
-  }
+  if (refuse_second_nested()) return;
   restore_board();
   switch_pattern_mode(true);
   finish_line();
   append_point(series.targets.front().in_mm(), "XY");
   line_ += "G36";
   finish_line();
-  n_nested_targets_ = 1;
+  pattern_.n_nested_targets = 1;
+  pattern_.has_offset = n_open_patterns_ > 0;
+  has_outer_offset_ |= n_open_patterns_ == 0;
   nested_ = Nested::InForce;
   up_at_.reset();
 }
@@ -289,13 +326,16 @@ void SiebMeyerWriter::write(const TargetHole& hole) {
 void SiebMeyerWriter::write(const CancelCorrection& cancel) {
   if (!is_foreign()) return;
   if (cancel.level == CorrectionLevel::Base) {
-    line("G34");  // drops the nested one as well
+    clear_corrections();
     has_base_ = is_board_saved_ = is_replaced_ = false;
+    nested_ = Nested::None;
+  } else if (nested_ == Nested::InForce && n_open_patterns_ > 0 && !pattern_.has_offset) {
+    refuse("G47 in a pattern, of a nested correction from outside of it", "G37");
     nested_ = Nested::None;
   } else if (nested_ == Nested::InForce) {
     nested_ = Nested::Cancelled;
-  } else if (keeps_copies_ && n_open_patterns_ > 0 && !has_whole_ && !has_kept_) {
-    cancels_ahead_ = !is_replaced_;
+  } else if (keeps_copies_ && n_open_patterns_ > 0 && !pattern_.has_whole && !pattern_.has_kept) {
+    pattern_.cancels_ahead = !is_replaced_;
     nested_ = Nested::None;
     restore_board();
   } else if (is_replaced_) {
@@ -317,7 +357,7 @@ void SiebMeyerWriter::write(const StoredCorrection& stored) {
     case StoredCorrectionKind::RewindNext:
       return;
     case StoredCorrectionKind::Keep:
-      has_kept_ = true;
+      pattern_.has_kept = true;
       kept_label_ = stored.label;
       return line("G39,SAVE");
     case StoredCorrectionKind::Use:
@@ -328,20 +368,23 @@ void SiebMeyerWriter::write(const StoredCorrection& stored) {
 /// Outside of patterns what is loaded replaces the board's correction until it is cancelled.
 void SiebMeyerWriter::use_stored(const StoredCorrection& stored) {
   if (kept_label_ != stored.label) {
-    return refuse(
-        fmt::format("the corrections of M50,{} behind those of another label", stored.label),
-        "one label at a time: each copy has one storage location");
+    return refuse(fmt::format("a use of the corrections of M50,{} behind those of another label",
+                              stored.label),
+                  "one label at a time: each copy has one storage location");
   }
   const bool is_nested = stored.level == CorrectionLevel::Nested;
   const int n_board = is_nested ? stored.n_targets - 1 : stored.n_targets;
   const bool has_board = !is_nested || (stored.is_offset && n_board > 0);
   const bool ends_with_copy = stored.is_offset && n_open_patterns_ > 0;
+  if (is_nested && n_open_patterns_ > 0 && refuse_second_nested()) return;
   switch_pattern_mode(stored.is_offset);
   line("G39,LOAD" + (stored.copy > 0 ? std::to_string(stored.copy) : ""));
   up_at_.reset();
   const bool may_end = ends_with_copy || (stored.is_offset && has_board);
   nested_ = may_end ? Nested::InForce : Nested::None;
   is_replaced_ = !has_board && !ends_with_copy;
+  pattern_.has_offset = ends_with_copy;
+  if (n_open_patterns_ == 0) has_loaded_offset_ = stored.is_offset;
   if (!has_board) return;
   n_board_targets_ = static_cast<std::size_t>(n_board);
   has_base_ = true;
@@ -359,11 +402,14 @@ void SiebMeyerWriter::switch_pattern_mode(bool is_on) {
   if (std::exchange(pattern_mode_, is_on) != is_on) line(is_on ? "M49,CAMA" : "M49,NOCAMA");
 }
 
-/// An offset of a pattern holds for the rest of its copy and no longer.
-void SiebMeyerWriter::refuse_under_nested() {
-  has_worked_ahead_ |= n_nested_targets_ == 0 && !has_whole_;
-  works_behind_cancel_ |= cancels_ahead_;
-  if (nested_ == Nested::Cancelled) {
+/// A place is worked at. An offset of a pattern holds for the rest of its copy and no longer.
+void SiebMeyerWriter::note_work() {
+  pattern_.works_ahead |= !pattern_.has_offset && !pattern_.has_whole;
+  pattern_.works_behind_cancel |= pattern_.cancels_ahead;
+  if (nested_ == Nested::Cancelled && !pattern_.has_offset) {
+    refuse("a place behind G47 of a nested correction from outside of patterns", "G37");
+    nested_ = Nested::None;
+  } else if (nested_ == Nested::Cancelled) {
     refuse("a place behind G47 in the pattern of its nested correction",
            "G47 at the pattern's end");
     nested_ = Nested::None;

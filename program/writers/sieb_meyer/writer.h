@@ -81,6 +81,18 @@ class SiebMeyerWriter final : public ProgramWriter {
     bool is_said = false;
   };
 
+  /// The pattern that is open, of which one copy is written for all.
+  struct OpenPattern {
+    int n_nested_targets = 0;     ///< they count together
+    bool works_ahead = false;     ///< before it has an offset of its own
+    bool has_offset = false;      ///< ends with the copy
+    bool has_kept = false;             ///< corrections of its copies
+    bool has_whole = false;            ///< measured them, in place of nested ones
+    bool cancels_ahead = false;        ///< G47 before the series that its copies measure
+    bool works_behind_cancel = false;  ///< between the two
+    bool restores_board = false;       ///< instead of a copy's correction
+  };
+
   void end() override;
 
   // lines.cc
@@ -168,12 +180,14 @@ class SiebMeyerWriter final : public ProgramWriter {
   void write_whole(const VisionSeries& series);
   void measure_targets(const VisionSeries& series);
   void use_stored(const StoredCorrection& stored);
-  void save_board();
   void restore_board();
   void refuse_cancel_ahead();
-  void refuse_offset_that_goes_on(std::size_t n_copies);
+  bool refuse_second_nested();
+  void save_board();
+  void clear_corrections();
+  void refuse_uneven_copies(std::size_t n_copies);
   void switch_pattern_mode(bool is_on);
-  void refuse_under_nested();
+  void note_work();
 
   bool states_control_ = false;   ///< the lines that say how the control is to be
   std::string line_;              ///< not finished: words may follow
@@ -212,18 +226,16 @@ class SiebMeyerWriter final : public ProgramWriter {
   // Of a source in Excellon, whose nested series become corrections of the copies by themselves:
   std::size_t n_board_targets_ = 0;  ///< of the last base correction
   bool keeps_copies_ = false;  ///< the next pattern, or the open one, has such series or keeps them
-  bool has_kept_ = false;      ///< the open one has kept its copies' corrections
-  bool has_whole_ = false;     ///< the open one has measured them
-  bool cancels_ahead_ = false;  ///< the open one, of them
-  bool works_behind_cancel_ = false;
-  bool restores_in_pattern_ = false;
+  std::size_t n_kept_copies_ = 0;  ///< of the pattern that kept them last
+  bool uses_board_location_ = false;
   bool is_board_saved_ = false;        ///< the base correction
   bool is_saved_with_offset_ = false;  ///< with a nested one that was in force
   bool is_replaced_ = false;           ///< by that of a copy
   std::optional<int> kept_label_;      ///< of the corrections in the copies' locations
   Nested nested_ = Nested::None;
-  int n_nested_targets_ = 0;       ///< of offsets in this copy of the pattern: they count together
-  bool has_worked_ahead_ = false;  ///< of them, in the open pattern
+  bool has_outer_offset_ = false;     ///< measured outside of patterns, which only G34 ends
+  bool has_loaded_offset_ = false;    ///< outside of patterns, in force until another takes over
+  OpenPattern pattern_;
   std::optional<bool> pattern_mode_;  ///< CAMA, NOCAMA
 };
 

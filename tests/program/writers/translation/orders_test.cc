@@ -21,7 +21,7 @@ using test::FunctionSource;
 using test::kLastDigit_mm;
 using test::Reports;
 using test::run_on;
-using test::sieb_meyer_boards;
+using test::sieb_meyer;
 using test::small_boards;
 using test::translate;
 using test::Translation;
@@ -89,7 +89,7 @@ std::string same_orders(const std::string& text, const WalkOptions& options = {}
 constexpr char kThreeTargets[] = "X0.Y0.G32\nX190.Y0.G32\nX0.Y190.G32\nG31\n";
 
 TEST(OwnOrders, CorrectionsAreTurnedOffAndOnAgain) {
-  const std::string text = same_orders(sieb_meyer_boards(std::string(kThreeTargets) +
+  const std::string text = same_orders(sieb_meyer(std::string(kThreeTargets) +
                                                          "X1.Y2.T1\nG30\nX3.Y4.\nG31\nX5.Y6.\n" +
                                                          kThreeTargets + "X7.Y8.\nG34\nX9.Y9.\n"));
   EXPECT_THAT(text,
@@ -98,7 +98,7 @@ TEST(OwnOrders, CorrectionsAreTurnedOffAndOnAgain) {
 }
 
 TEST(OwnOrders, SetsKeepTheirLocations) {
-  const std::string text = same_orders(sieb_meyer_boards(
+  const std::string text = same_orders(sieb_meyer(
       std::string(kThreeTargets) +
       "G39,SAVE1000\nM31\nG39,LOAD1000\nX5.Y5.G32\nX45.Y45.G32\nG31\nG39,SAVE\nX7.Y7.T1\nX0.Y0."
       "M50\n"
@@ -114,7 +114,7 @@ TEST(OwnOrders, SetsKeepTheirLocations) {
 TEST(OwnOrders, LocationsOfSectionsInSectionsAreNumbered) {
   const std::string offsets = "X0.Y0.M50\nX50.Y0.M50M30\nX0.Y0.M50\nX0.Y50.M50M30\n";
   const std::string text = same_orders(
-      sieb_meyer_boards("M31M31\nG34\nX5.Y5.G32\nX45.Y45.G32\nG31\nG39,SAVE\nX7.Y7.T1\n" + offsets +
+      sieb_meyer("M31M31\nG34\nX5.Y5.G32\nX45.Y45.G32\nG31\nG39,SAVE\nX7.Y7.T1\n" + offsets +
                         "M31M31\nG39,LOAD\nX10.Y20.\n" + offsets));
   EXPECT_THAT(text, HasSubstr("G31\nG39,SAVE4\nX57.Y57.\n"));
   EXPECT_THAT(text, HasSubstr("G39,LOAD4\nX60.Y70.\n"));
@@ -124,7 +124,7 @@ TEST(OwnOrders, SlotsAndLayersKeepTheirMode) {
   const auto in_mode = [](int mode, const std::string& targets) {
     WalkOptions options;
     options.sieb_meyer.measurement_mode = mode;
-    return same_orders(sieb_meyer_boards(targets + "G31\nX10.Y20.T1\nX30.Y40.\n"), options);
+    return same_orders(sieb_meyer(targets + "G31\nX10.Y20.T1\nX30.Y40.\n"), options);
   };
   const std::string layers =
       "X5.Y5.G32\nX5.Y5.G33\nX45.Y5.G33\nX5.Y45.G32\nX5.Y46.G32\nX5.Y45.G33\n";
@@ -136,7 +136,7 @@ TEST(OwnOrders, SlotsAndLayersKeepTheirMode) {
 
 TEST(OwnOrders, PatternsAreMeasuredAtTwoTargets) {
   const std::string text =
-      same_orders(sieb_meyer_boards(std::string(kThreeTargets) +
+      same_orders(sieb_meyer(std::string(kThreeTargets) +
                                     "M49,CAMA\nM31\nX5.Y5.G36\nX45.Y5.G36\nX10.Y20.T1\nX0.Y0.M50\n"
                                     "X50.Y0.M70M30\nM49,NOCAMA\nX30.Y30.G36\nX1.Y1.\n"));
   EXPECT_THAT(text, HasSubstr("M31\nM49,CAMA\nX5.Y5.G36\nX45.Y5.G36\nX10.Y20.T1\n"));
@@ -146,7 +146,7 @@ TEST(OwnOrders, PatternsAreMeasuredAtTwoTargets) {
 /// A control stores the offset of its spindle, whatever panelcal knows of it.
 TEST(OwnOrders, SpindlesAreCorrectedByTheControl) {
   const Translation same =
-      translate(sieb_meyer_boards("X5.Y5.T1\nX5.Y5.G32\nG39,SPOP1\nG39,SPISPI\nX9.Y9.\n"),
+      translate(sieb_meyer("X5.Y5.T1\nX5.Y5.G32\nG39,SPOP1\nG39,SPISPI\nX9.Y9.\n"),
                 Dialect::SiebMeyer);
   EXPECT_THAT(same.errors, IsEmpty());
   EXPECT_THAT(same.losses, IsEmpty());
@@ -157,7 +157,7 @@ TEST(OwnOrders, SpindlesAreCorrectedByTheControl) {
 
 /// SIEB & MEYER CNC 8x.00 Command Set, 10.1, Example: Measurement.
 TEST(OwnOrders, TheManualsExampleOfSurfaceDetection) {
-  const std::string text = same_orders(sieb_meyer_boards(
+  const std::string text = same_orders(sieb_meyer(
       "G71\nX165.Y15.G73L1\nG75\nX110.Y10.G73L2\nG75\nG71K.4\nL1\nX165.Y15.T1\nX170.Y15.\nG71K.5\n"
       "L2\nX110.Y10.T0T2\nX110.Y30.G1F1.5\nX110.Y30.T0\nG70\nX1.Y1.\n"));
   EXPECT_THAT(text,
@@ -167,7 +167,7 @@ TEST(OwnOrders, TheManualsExampleOfSurfaceDetection) {
 }
 
 TEST(OwnOrders, AveragesAndRecordsArePassedOn) {
-  const std::string text = same_orders(sieb_meyer_boards(
+  const std::string text = same_orders(sieb_meyer(
       "M49,SPAV,M\nG71\nX10.Y12.G73\nG73L101\nX40.Y30.G73\nX20.Y22.G73\nG74L1\nX5.Y5.G76\nG72\n"
       "X30.Y30.G73L2\nG71K.4\nL2\nX65.Y15.T1\nX17.Y15.T2G77Z.5\nX20.Y20.\nG82\nX21.Y21.\nG70\n"));
   EXPECT_THAT(text,
@@ -180,7 +180,7 @@ TEST(OwnOrders, AveragesAndRecordsArePassedOn) {
 TEST(OwnOrders, SurfacesAreProbedInEveryCopy) {
   const std::string offsets = "X0.Y0.M50\nX50.Y0.M50\nX90.Y40.M90M30\n";
   const std::string text = same_orders(
-      sieb_meyer_boards("M31\nG71K.4\nX5.Y5.T1G73L1\nX10.Y10.\nX20.Y10.T2T0\nX20.Y30.G1F1.\n"
+      sieb_meyer("M31\nG71K.4\nX5.Y5.T1G73L1\nX10.Y10.\nX20.Y10.T2T0\nX20.Y30.G1F1.\n"
                         "X20.Y30.T0\nG70\n" +
                         offsets +
                         "X12.Y13.G82Z1.\nM31\nG71K.3\nL1\n"
@@ -196,10 +196,10 @@ TEST(OwnOrders, SurfacesAreProbedInEveryCopy) {
 TEST(OwnOrders, SurfaceDetectionMayHoldRoundASection) {
   const std::string offsets = "X0.Y0.M50\nX50.Y0.M50M30\nX1.Y1.\nG70\nX2.Y2.\n";
   const std::string begin = "G71K.4\nX5.Y5.G73L1\nX9.Y9.T1\nM31\nX10.Y10.\n";
-  const std::string text = same_orders(sieb_meyer_boards(begin + offsets));
+  const std::string text = same_orders(sieb_meyer(begin + offsets));
   EXPECT_THAT(text, HasSubstr("X9.Y9.T1\nM31\nX10.Y10.K0.4\nX0.Y0.M50\n"));
   const Translation lost =
-      translate(sieb_meyer_boards(begin + "X3.Y3.G77\n" + offsets), Dialect::SiebMeyer);
+      translate(sieb_meyer(begin + "X3.Y3.G77\n" + offsets), Dialect::SiebMeyer);
   EXPECT_THAT(lost.losses,
               ElementsAre(Reports("p:7: error[translation-refused]", "begins under G71")));
 }
@@ -209,7 +209,7 @@ constexpr char kGrid[] =
 
 TEST(OwnOrders, TheControlMeasuresItsGrid) {
   const std::string text = same_orders(
-      sieb_meyer_boards(std::string(kGrid) +
+      sieb_meyer(std::string(kGrid) +
                         "X10.Y20.Z1.T2\nX50.Y20.G85\nX58.Y20.\nX30.Y30.T0\nX80.Y30.G1F1.\n"
                         "X80.Y50.G6Z.8\nX80.Y50.T0\nM31\nX3.Y4.Z1.\nX20.Y0M50\nX40.Y0M50M30\n"));
   EXPECT_THAT(text,
@@ -222,7 +222,7 @@ TEST(OwnOrders, TheControlMeasuresItsGrid) {
 /// by programming" (10.2, G79).
 TEST(OwnOrders, GridsAreProbedByDepthStrokes) {
   const std::string text =
-      same_orders(sieb_meyer_boards("M49,BOTR1.5\nX0Y0T1G83K.2G79\nX60.Y0G79\nX0Y60.G79\n"
+      same_orders(sieb_meyer("M49,BOTR1.5\nX0Y0T1G83K.2G79\nX60.Y0G79\nX0Y60.G79\n"
                                     "X60.Y60.G79\nX20.Y20.G82Z1.\nX30.Y20.\n"));
   EXPECT_THAT(text, HasSubstr("X0.Y0.T1G79G83K0.2\nX60.Y0.G79\n"));
   EXPECT_THAT(text, HasSubstr("X20.Y20.G82Z1.\nX30.Y20.\n"));
@@ -230,16 +230,16 @@ TEST(OwnOrders, GridsAreProbedByDepthStrokes) {
 
 TEST(OwnOrders, ALineMayTakeNoAccountOfTheGrid) {
   const std::string drilled = "X10.Y20.Z1.\nX20.Y20.T2Z.9G77\nX30.Y20.\n";
-  EXPECT_THAT(same_orders(sieb_meyer_boards(kGrid + drilled)),
+  EXPECT_THAT(same_orders(sieb_meyer(kGrid + drilled)),
               HasSubstr("X10.Y20.Z1.\nX20.Y20.T2G77Z0.9\nX30.Y20.\n"));
   const std::string routed = "X10.Y20.Z1.T0\nX20.Y20.G1F1.G77\nX20.Y20.T0\n";
-  EXPECT_THAT(translate(sieb_meyer_boards(kGrid + routed), Dialect::SiebMeyer).errors,
+  EXPECT_THAT(translate(sieb_meyer(kGrid + routed), Dialect::SiebMeyer).errors,
               ElementsAre(Reports("p:10:1: error[not-supported]", "\"X20.Y20.G1F1.G77\"")));
 }
 
 TEST(OwnOrders, ExcellonNamesSurfacesThatItCannotProbe) {
   const auto losses_of = [](const std::string& body) {
-    return translate(sieb_meyer_boards(body), Dialect::Excellon).losses;
+    return translate(sieb_meyer(body), Dialect::Excellon).losses;
   };
   EXPECT_THAT(losses_of("G71K.4\nX5.Y5.G73L1\nX1.Y1.T1\nG70\nX2.Y2.\n"),
               ElementsAre(Reports("p:3: warning[translation-loss]", "probing of the surface"),
@@ -321,7 +321,7 @@ std::string any_surface_job() {
     }
     text += part;
   }
-  return sieb_meyer_boards(text + "X1.Y1.T1G82Z1.\n");
+  return sieb_meyer(text + "X1.Y1.T1G82Z1.\n");
 }
 
 RC_GTEST_PROP(OwnOrders, SurfacesAreProbedAndUsedAsBefore, ()) {

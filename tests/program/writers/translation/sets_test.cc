@@ -16,7 +16,7 @@ namespace panelcal {
 namespace {
 
 using test::distance_um;
-using test::excellon_boards;
+using test::boards_in_excellon;
 using test::FunctionSource;
 using test::kSameFit_um;
 using test::kSameOnPanel_um;
@@ -24,7 +24,7 @@ using test::panel_of_boards;
 using test::Reports;
 using test::run_on;
 using test::same_holes;
-using test::sieb_meyer_boards;
+using test::sieb_meyer;
 using test::small_boards;
 using test::translate;
 using test::Translation;
@@ -38,7 +38,7 @@ std::string same_fits(const std::string& text, std::size_t n_losses = 0) {
 }
 
 std::vector<std::string> refused_of(const std::string& text, const WalkOptions& options = {}) {
-  const Translation translation = translate(text, test::other(text), options);
+  const Translation translation = translate(text, test::other_language(text), options);
   EXPECT_THAT(translation.errors, IsEmpty());
   EXPECT_TRUE(translation.is_refused);
   return translation.losses;
@@ -54,7 +54,7 @@ constexpr char kSavingSection[] =
 
 TEST(SetTranslation, SavedByNumberIsStoredInAPatternOfItsOwn) {
   const std::string text = same_fits(
-      sieb_meyer_boards(std::string(kPanel) + "G39,SAVE7\nX10.Y20.T1\nG34\n" + kPanelAgain +
+      sieb_meyer(std::string(kPanel) + "G39,SAVE7\nX10.Y20.T1\nG34\n" + kPanelAgain +
                         "G39,SAVE2\nX30.Y40.\nG39,LOAD7\nX50.Y60.\nG30\nX1.Y1.\nG39,LOAD2\nX5.Y9."
                         "\nG39,CLEAR7\nG39,DELALL\nX9.Y9.\n"));
   EXPECT_THAT(text,
@@ -64,13 +64,13 @@ TEST(SetTranslation, SavedByNumberIsStoredInAPatternOfItsOwn) {
 }
 
 TEST(SetTranslation, ALoadedCorrectionHoldsInSections) {
-  same_fits(sieb_meyer_boards(std::string(kPanel) +
+  same_fits(sieb_meyer(std::string(kPanel) +
                               "G39,SAVE7\nG30\nX10.Y20.T1\nG39,LOAD7\nM31\nX3.Y4.\nX0.Y0.M50\n"
                               "X50.Y0.M50M30\nX5.Y5.\n"));
 }
 
 TEST(SetTranslation, TheCorrectionOfACopyCountsOutsideOfItsSection) {
-  const std::string text = same_fits(sieb_meyer_boards(
+  const std::string text = same_fits(sieb_meyer(
       kSavingSection + std::string("T1\nG39,LOAD2\nX60.Y20.\nG39,LOAD4\nX70.Y30.\nG39,LOAD1\n"
                                    "X10.Y20.\nM31\nX3.Y4.\nX0.Y0.M50\nX50.Y0.M50M30\nG30\nM31\n"
                                    "X3.Y4.\nX0.Y0.M50\nX50.Y0.M50M30\n")));
@@ -80,13 +80,13 @@ TEST(SetTranslation, TheCorrectionOfACopyCountsOutsideOfItsSection) {
 }
 
 TEST(SetTranslation, BoardsMayBeLeftOut) {
-  const std::string text = same_fits(sieb_meyer_boards(
+  const std::string text = same_fits(sieb_meyer(
       kSavingSection + std::string("T1\nM31\nG39,LOAD\nX10.Y20.\nX0.Y0.M50\nX50.Y0.M50M30\n")));
   EXPECT_THAT(text, HasSubstr("M51,1\nM52,3\nX10.0Y20.0\nM51,1\nM52,6\nX60.0Y20.0\nM30\n"));
 }
 
 TEST(SetTranslation, WorkAheadOfLoadIsUnderTheCorrectionBefore) {
-  const std::string text = same_fits(sieb_meyer_boards(
+  const std::string text = same_fits(sieb_meyer(
       kSavingSection +
       std::string("T1\nM31\nX9.Y9.\nG39,LOAD\nX1.Y1.\nX0.Y0.M50\nX50.Y0.M50\nX0.Y50.M50\n"
                   "X100.Y50.M90M30\n" +
@@ -95,7 +95,7 @@ TEST(SetTranslation, WorkAheadOfLoadIsUnderTheCorrectionBefore) {
 }
 
 TEST(SetTranslation, ASectionMayLoadTheCorrectionOfTheBoard) {
-  const std::string text = same_fits(sieb_meyer_boards(
+  const std::string text = same_fits(sieb_meyer(
       std::string(kPanel) + "G39,SAVE7\n" + kSavingSection +
       "T1\nM31\nG39,LOAD7\nX3.Y4.\nG39,LOAD\nX10.Y20.\nX0.Y0.M50\nX50.Y0.M50M30\n"));
   EXPECT_THAT(text, HasSubstr("M51,1\nM52,3\nX3.0Y4.0\nM51,2\nM52,3\nX10.0Y20.0\nM51,1\nM52,3\n"));
@@ -103,7 +103,7 @@ TEST(SetTranslation, ASectionMayLoadTheCorrectionOfTheBoard) {
 
 /// A copy's own offset (G36 under CAMA) is saved with its board's correction, and ends with it.
 TEST(SetTranslation, ACopyKeepsItsOffsetToo) {
-  const std::string text = same_fits(sieb_meyer_boards(
+  const std::string text = same_fits(sieb_meyer(
       "M49,CAMA\nM31\nG34\nX5.Y5.G32\nX45.Y5.G32\nX5.Y45.G32\nG31\nX25.Y25.G36\nG39,SAVE\n"
       "X0.Y0.M50\nX50.Y0.M50M30\nT1\nM31\nG39,LOAD\nX10.Y20.\nX0.Y0.M50\nX50.Y0.M50M30\nX1.Y1.\n"));
   EXPECT_THAT(text, HasSubstr("M25\nM52,4\nX10.0Y20.0\nG47\nM01\n"));
@@ -113,7 +113,7 @@ TEST(SetTranslation, ACopyKeepsItsOffsetToo) {
 /// What is loaded to find the targets under it is left out, and named.
 TEST(SetTranslation, TargetsAreLookedForAtTheirNominalPlaces) {
   const std::string text =
-      sieb_meyer_boards(std::string(kPanel) +
+      sieb_meyer(std::string(kPanel) +
                         "G39,SAVE1000\nM31\nG39,LOAD1000\nX5.Y5.G32\nX45.Y5.G32\nX5.Y45.G32\n"
                         "G31\nG39,SAVE\nX10.Y20.T1\nX0.Y0.M50\nX50.Y0.M50M30\n");
   same_fits(text, 1);
@@ -125,17 +125,17 @@ TEST(SetTranslation, NamesWhatExcellonCannotSay) {
   const auto named = [](const std::string& line, const std::string& order) {
     return Reports("p:" + line + ": error[translation-refused]", "\"" + order + "\"");
   };
-  EXPECT_THAT(refused_of(sieb_meyer_boards(std::string(kPanel) + "X1.Y1.T1\nG30\nG31\nX2.Y2.\n")),
+  EXPECT_THAT(refused_of(sieb_meyer(std::string(kPanel) + "X1.Y1.T1\nG30\nG31\nX2.Y2.\n")),
               ElementsAre(named("8", "G31")));
-  EXPECT_THAT(refused_of(sieb_meyer_boards(std::string(kPanel) + "G39,SPOP\nG39,SAVE\nX1.Y1.T1\n")),
+  EXPECT_THAT(refused_of(sieb_meyer(std::string(kPanel) + "G39,SPOP\nG39,SAVE\nX1.Y1.T1\n")),
               ElementsAre(named("6", "G39,SPOP"), named("7", "G39,SAVE")));
-  EXPECT_THAT(refused_of(sieb_meyer_boards("M31\nX5.Y5.G32\nG31\nG39,SAVE3\nX1.Y1.T1\nX0.Y0.M50\n"
+  EXPECT_THAT(refused_of(sieb_meyer("M31\nX5.Y5.G32\nG31\nG39,SAVE3\nX1.Y1.T1\nX0.Y0.M50\n"
                                            "X50.Y0.M50M30\nG39,LOAD3\nX2.Y2.\n")),
               ElementsAre(named("5", "G39,SAVE3"), named("9", "G39,LOAD3")));
-  EXPECT_THAT(refused_of(sieb_meyer_boards("M31\nX5.Y5.G32\nG31\nG39,SAVE\nX6.Y6.G32\nG31\nX1.Y1.T1"
+  EXPECT_THAT(refused_of(sieb_meyer("M31\nX5.Y5.G32\nG31\nG39,SAVE\nX6.Y6.G32\nG31\nX1.Y1.T1"
                                            "\nX0.Y0.M50\nX50.Y0.M50M30\n")),
               ElementsAre(named("7", "G31")));
-  EXPECT_THAT(refused_of(sieb_meyer_boards(std::string(kPanel) +
+  EXPECT_THAT(refused_of(sieb_meyer(std::string(kPanel) +
                                            "X1.Y1.T1\nG39,SAVE1\nG34\nG39,LOAD1\nX2.Y2.\n")),
               ElementsAre(Reports("p:9: error[translation-refused]", "saved behind other work")));
 }
@@ -145,7 +145,7 @@ TEST(SetTranslation, RefusesSlotsAndLayersInExcellon) {
   const auto refused_in_mode = [](int mode, const std::string& first) {
     WalkOptions options;
     options.sieb_meyer.measurement_mode = mode;
-    const std::string text = sieb_meyer_boards(
+    const std::string text = sieb_meyer(
         "X5.Y5." + first + "\nX5.Y5.G33\nX45.Y5.G33\nX5.Y45.G32\nX5.Y45.G33\nG31\nX1.Y1.T1\n");
     return refused_of(text, options);
   };
@@ -164,7 +164,7 @@ TEST(SetTranslation, RefusesSlotsAndLayersInExcellon) {
   WalkOptions layers;
   layers.sieb_meyer.measurement_mode = 2;
   const std::string single = "X5.Y5.G33\nX45.Y5.G33\nX5.Y45.G33\nG31\nX1.Y1.T1\n";
-  same_holes(sieb_meyer_boards(single), kSameFit_um, small_boards(), layers);
+  same_holes(sieb_meyer(single), kSameFit_um, small_boards(), layers);
 }
 
 // --- from Excellon: M51, M52 and nested series -------------------------------------------------
@@ -175,7 +175,7 @@ constexpr char kTwoCopies[] = "M01\nM02X50.\nM08\n";
 
 TEST(SetTranslation, AReplayWithoutM25LoadsByNumber) {
   const std::string text =
-      same_holes(excellon_boards(kPanelTargets + std::string("T1\nM50,1\nM25\n") + kBoardTargets +
+      same_holes(boards_in_excellon(kPanelTargets + std::string("T1\nM50,1\nM25\n") + kBoardTargets +
                                  "M01\nR3M02X50.\nM08\nM51,1\nM52,3\nX10.Y20.\nM52\nM52\nM52,4\n"
                                  "X110.Y20.\nG47\nX1.Y1.\nM51,1\nM52,12\nX160.Y9.\nM25\nX3.Y3.\n" +
                                  kTwoCopies),
@@ -187,7 +187,7 @@ TEST(SetTranslation, AReplayWithoutM25LoadsByNumber) {
 
 TEST(SetTranslation, CopiesThatTakeToolsLoadByNumber) {
   const std::string text = same_holes(
-      excellon_boards("T1\nM50,1\nM25\nG35X5.Y5.\nM01\nM02X50.\nM08\nM51,1\nM25\nM52\nX10.Y20.\n"
+      boards_in_excellon("T1\nM50,1\nM25\nG35X5.Y5.\nM01\nM02X50.\nM08\nM51,1\nM25\nM52\nX10.Y20.\n"
                       "M01\nM02X50.T2\nM08\nX1.Y1.\n"),
       kSameFit_um);
   EXPECT_THAT(text, HasSubstr("G39,LOAD1\nX10.Y20.\nG39,LOAD2\nX60.Y20.T2\n"));
@@ -196,15 +196,15 @@ TEST(SetTranslation, CopiesThatTakeToolsLoadByNumber) {
 TEST(SetTranslation, ANestedSeriesNeedsNoM50) {
   const std::string nested = "M25\nX8.Y8.\n" + std::string(kBoardTargets) + "X7.Y7.\n";
   const std::string text = same_holes(
-      excellon_boards(kPanelTargets + ("T1\n" + nested) + kTwoCopies + "X60.Y20.\nG47\nX1.Y1.\n"));
+      boards_in_excellon(kPanelTargets + ("T1\n" + nested) + kTwoCopies + "X60.Y20.\nG47\nX1.Y1.\n"));
   EXPECT_THAT(text,
               HasSubstr("G39,SAVE1000\nT1\nM31\nX8.Y8.\nM49,NOCAMA\nG39,LOAD1000\nX5.Y5.G32\n"));
   EXPECT_THAT(text, HasSubstr("M30\nX60.Y20.\nG39,LOAD1000\nX1.Y1.\n"));
-  same_holes(excellon_boards(kPanelTargets + ("T1\n" + nested) + "G47\nX9.Y9.\n" + kTwoCopies +
+  same_holes(boards_in_excellon(kPanelTargets + ("T1\n" + nested) + "G47\nX9.Y9.\n" + kTwoCopies +
                              "X1.Y1.\n"),
              kSameOnPanel_um);
-  same_holes(excellon_boards("T1\n" + nested + kTwoCopies + "G47\nX1.Y1.\n"));
-  same_holes(excellon_boards(kPanelTargets + std::string("T1\nM25\nG47\n") + kBoardTargets +
+  same_holes(boards_in_excellon("T1\n" + nested + kTwoCopies + "G47\nX1.Y1.\n"));
+  same_holes(boards_in_excellon(kPanelTargets + std::string("T1\nM25\nG47\n") + kBoardTargets +
                              "X7.Y7.\n" + kTwoCopies + "M25\nG47\nX2.Y2.\n" + kBoardTargets +
                              "X7.Y7.\n" + kTwoCopies));
 }
@@ -212,7 +212,7 @@ TEST(SetTranslation, ANestedSeriesNeedsNoM50) {
 TEST(SetTranslation, NestedSeriesReplaceEachOther) {
   const std::string second = "G46X55.Y5.\nG46X95.Y5.\nG46X55.Y45.\n";
   const std::string text = same_holes(
-      excellon_boards(kPanelTargets + std::string("T1\n") + kBoardTargets + "X7.Y7.\n" + second +
+      boards_in_excellon(kPanelTargets + std::string("T1\n") + kBoardTargets + "X7.Y7.\n" + second +
                       "X60.Y10.\nG47\nX1.Y1.\n" + kBoardTargets + "X20.Y30.\nG37\nX2.Y2.\n"));
   EXPECT_THAT(text, HasSubstr("G31\nM49,NOCAMA\nG39,SAVE1000\nX5.Y5.G32\n"));
   EXPECT_THAT(text, HasSubstr("X7.Y7.T1\nG39,LOAD1000\nX55.Y5.G32\n"));
@@ -220,7 +220,7 @@ TEST(SetTranslation, NestedSeriesReplaceEachOther) {
 }
 
 TEST(SetTranslation, ABaseSeriesAndANestedOneInEachCopy) {
-  same_holes(excellon_boards("T1\nM25\nX8.Y8.\nG36X2.Y2.\nG36X48.Y2.\nG36X2.Y48.\nX9.Y9.\n" +
+  same_holes(boards_in_excellon("T1\nM25\nX8.Y8.\nG36X2.Y2.\nG36X48.Y2.\nG36X2.Y48.\nX9.Y9.\n" +
                              std::string(kBoardTargets) + "X7.Y7.\nG47\nX20.Y20.\n" + kTwoCopies +
                              "X1.Y1.\n"),
              kSameOnPanel_um);
@@ -231,12 +231,12 @@ TEST(SetTranslation, ACopyStoresItsBoardAndItsOffset) {
       "T1\nM50,1\nM25\nG36X2.Y2.\nG36X48.Y2.\nG36X2.Y48.\nG45X25.Y25.\nG47\n";
   const std::string use = "M51,1\nM25\nM52,3\nM52\nX7.Y7.\nG47\n";
   const std::string text =
-      same_fits(excellon_boards(stored + kTwoCopies + use + kTwoCopies +
+      same_fits(boards_in_excellon(stored + kTwoCopies + use + kTwoCopies +
                                 "X1.Y1.\nM51,1\nM52,4\nX3.Y3.\nM52,4\nX53.Y3.\nG37\nX2.Y2.\n"));
   EXPECT_THAT(text, HasSubstr("M31\nM49,CAMA\nG39,LOAD\nX7.Y7.\nX0.Y0.M50\n"));
   EXPECT_THAT(text, HasSubstr("G39,LOAD1\nX3.Y3.\nG39,LOAD2\nX53.Y3.\nG34\n"));
   const Translation part =
-      translate(excellon_boards(stored + kTwoCopies +
+      translate(boards_in_excellon(stored + kTwoCopies +
                                 "M51,1\nM25\nM52,3\nX7.Y7.\nM52\nX8.Y8.\nG47\n" + kTwoCopies),
                 Dialect::SiebMeyer);
   EXPECT_THAT(part.errors,
@@ -246,17 +246,30 @@ TEST(SetTranslation, ACopyStoresItsBoardAndItsOffset) {
 TEST(SetTranslation, NamesNestedCorrectionsThatWouldGoElsewhere) {
   const std::string panel = kPanelTargets + std::string("T1\n");
   // Two targets give no stretch.
-  EXPECT_THAT(refused_of(excellon_boards(panel + "$uvis,alg,0,2\nG46X5.Y5.\nG46X45.Y5.\nX1.Y1.\n")),
+  EXPECT_THAT(refused_of(boards_in_excellon(panel + "$uvis,alg,0,2\nG46X5.Y5.\nG46X45.Y5.\nX1.Y1.\n")),
               ElementsAre(HasSubstr("a nested series of 2 targets")));
   // In the second copy the first hole is under the correction of the first copy.
   const std::string offset = "M25\nX8.Y8.\nG45X5.Y5.\nX7.Y7.\n";
-  EXPECT_THAT(refused_of(excellon_boards(panel + offset + kTwoCopies)),
+  EXPECT_THAT(refused_of(boards_in_excellon(panel + offset + kTwoCopies)),
               ElementsAre(HasSubstr("a place ahead of the target (G45)")));
-  same_holes(excellon_boards(panel + offset + "G47\n" + kTwoCopies + "X1.Y1.\n"), kSameFit_um);
+  same_holes(boards_in_excellon(panel + offset + "G47\n" + kTwoCopies + "X1.Y1.\n"), kSameFit_um);
   // In the first copy G47 has nothing to cancel.
-  EXPECT_THAT(refused_of(excellon_boards(panel + "M25\nG47\nX8.Y8.\n" + kBoardTargets + "X7.Y7.\n" +
+  EXPECT_THAT(refused_of(boards_in_excellon(panel + "M25\nG47\nX8.Y8.\n" + kBoardTargets + "X7.Y7.\n" +
                                          kTwoCopies)),
               ElementsAre(HasSubstr("G47 ahead of the targets")));
+}
+
+/// Also where no M50 keeps them.
+TEST(SetTranslation, RefusesNestedSeriesOfOtherModels) {
+  const auto refused_with = [](bool chooses, bool scales, const std::string& body) {
+    WalkOptions options;
+    options.chooses_model = chooses;
+    options.sieb_meyer.fits_scale = scales;
+    return refused_of(boards_in_excellon("T1\n" + body + "X1.Y1.\n"), options);
+  };
+  const auto is_named = ElementsAre(HasSubstr("a nested series whose model is not the manual's"));
+  EXPECT_THAT(refused_with(true, false, std::string(kPanelTargets) + kBoardTargets), is_named);
+  EXPECT_THAT(refused_with(false, true, "$uvis,alg,0,2\nG46X5.Y5.\nG46X45.Y45.\n"), is_named);
 }
 
 /// datasets/demo there and back: six boards whose corrections are fitted at once come back with
@@ -335,7 +348,7 @@ std::string drawn_sets_job(bool is_for_excellon) {
       }
     }
   }
-  return sieb_meyer_boards(text + "G34\nX1.Y1.T1\n");
+  return sieb_meyer(text + "G34\nX1.Y1.T1\n");
 }
 
 /// The same holes, where nothing but the looking for targets is left out.
@@ -348,11 +361,13 @@ void require_same_fits(const std::string& text, const Translation& translation) 
   RC_ASSERT(!translation.is_refused);
   FunctionSource panel = small_boards();
   const WorkRun before = run_on(panel, text);
-  const WorkRun after = run_on(panel, translation.text);
+  FunctionSource panel_after = small_boards();
+  const WorkRun after = run_on(panel_after, translation.text);
   if (!after.errors.empty()) RC_LOG(after.errors.front());
   RC_ASSERT(before.errors.empty());
   RC_ASSERT(after.errors.empty());
-  const double worst_um = distance_um(before, after);
+  const double worst_um =
+      distance_um(before, panel, after, panel_after, !translation.losses.empty());
   RC_ASSERT(worst_um >= 0);
   RC_ASSERT(worst_um < kSameFit_um);
 }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Corrections that copies keep for later patterns, in both languages: M50, M51 and M52; G39,SAVE
-// and G39,LOAD. Run on the same panel, source and translation drill the same holes.
+// Corrections that copies keep for later patterns: M50, M51 and M52 as G39,SAVE and G39,LOAD. Run
+// on the same panel, source and translation drill the same holes.
 #include <string>
+#include <vector>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <rapidcheck/gtest.h>
 
 #include "tests/program/writers/translation/boards.h"
 #include "tests/support/matchers.h"
@@ -14,25 +14,18 @@
 namespace panelcal {
 namespace {
 
-using test::difference_of_work;
-using test::distance_um;
-using test::excellon_boards;
-using test::FunctionSource;
-using test::kSameOnBoard_um;
 using test::kSameOnPanel_um;
-using test::other;
 using test::panel_of_boards;
-using test::Reports;
-using test::run_on;
 using test::same_holes;
-using test::sieb_meyer_boards;
-using test::small_boards;
 using test::translate;
 using test::Translation;
-using test::WorkRun;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+
+std::string excellon(const std::string& body) {
+  return test::boards_in_excellon(body);
+}
 
 constexpr char kBoard[] = "G36X0.Y0.\nG36X190.Y0.\nG36X0.Y190.\n";
 constexpr char kTargets[] = "G46X5.Y5.\nG46X45.Y5.\nG46X5.Y45.\n";
@@ -40,11 +33,9 @@ constexpr char kCopies[] = "M01\nR1M02X50.\nM01\nR2M02Y50.\nM08\n";
 constexpr char kUse[] =
     "M51,1\nM25\nM52,3\nX10.Y20.\nX40.Y30.\nM01\nR1M02X50.\nM01\nR2M02Y50.\nM08\n";
 
-// --- from Excellon -----------------------------------------------------------------------------
-
 TEST(StoredTranslation, ACopysNestedSeriesBecomesItsOwnCorrection) {
-  const std::string text = same_holes(excellon_boards(
-      kBoard + std::string("M50,1\nM25\n") + kTargets + kCopies + "T1\n" + kUse + "T2\n" + kUse));
+  const std::string text = same_holes(excellon(kBoard + std::string("M50,1\nM25\n") + kTargets +
+                                               kCopies + "T1\n" + kUse + "T2\n" + kUse));
   EXPECT_THAT(text,
               HasSubstr("G31\nG39,SAVE1000\nM31\nM49,NOCAMA\nG39,LOAD1000\nX5.Y5.G32\nX45.Y5.G32\n"
                         "X5.Y45.G32\nG31\nG39,SAVE\nX0.Y0.M50\nX50.Y0.M50\n"));
@@ -52,54 +43,113 @@ TEST(StoredTranslation, ACopysNestedSeriesBecomesItsOwnCorrection) {
 }
 
 TEST(StoredTranslation, HolesMayStandAmongTheTargetsPattern) {
-  same_holes(excellon_boards(kBoard + std::string("T1\nM50,1\nM25\n") + kTargets +
-                             "X7.Y7.\nX33.Y12.\n" + kCopies + "X53.Y103.\nG47\nX80.Y90.\nT2\n" +
-                             kUse + "G37\nX1.Y2.\n"));
+  same_holes(excellon(kBoard + std::string("T1\nM50,1\nM25\n") + kTargets + "X7.Y7.\nX33.Y12.\n" +
+                      kCopies + "X53.Y103.\nG47\nX80.Y90.\nT2\n" + kUse + "G37\nX1.Y2.\n"));
 }
 
 TEST(StoredTranslation, BehindG47TheBoardsCorrectionIsInForceInEveryCopy) {
-  same_holes(excellon_boards(kBoard + std::string("T1\nM50,1\nM25\nX8.Y8.\n") + kTargets +
-                             "X7.Y7.\nG47\nX9.Y9.\n" + kCopies + kUse + "M25\nX2.Y2.\n" + kCopies +
-                             "G47\nM25\nX2.Y2.\n" + kCopies),
+  same_holes(excellon(kBoard + std::string("T1\nM50,1\nM25\nX8.Y8.\n") + kTargets +
+                      "X7.Y7.\nG47\nX9.Y9.\n" + kCopies + kUse + "M25\nX2.Y2.\n" + kCopies +
+                      "G47\nM25\nX2.Y2.\n" + kCopies),
              kSameOnPanel_um);
+}
+
+/// What a translation to SIEB & MEYER has no form for.
+std::vector<std::string> refusals_of(const std::string& body) {
+  const Translation lost = translate(excellon(body), Dialect::SiebMeyer);
+  EXPECT_THAT(lost.errors, IsEmpty());
+  EXPECT_EQ(lost.is_refused, !lost.losses.empty());
+  return lost.losses;
+}
+
+/// The second copy would do it under the offset of the first, and in the other language under none.
+TEST(StoredTranslation, RefusesAPlaceAheadOfTheOffsetThatACopyLeavesInForce) {
+  const std::string contour = "G00X9.Y9.\nM15\nG01X12.\nM17\nG05\n";
+  for (const std::string begin : {"T1\nM25\n", "T1\nM50,1\nM25\n"}) {
+    for (const std::string& ahead : {std::string("X9.Y9.\n"), contour}) {
+      const std::string pattern = kBoard + begin + ahead + "G45X5.Y5.\nX7.Y7.\n";
+      EXPECT_THAT(refusals_of(pattern + kCopies + "G37\nX1.Y1.\n"),
+                  ElementsAre(HasSubstr("under the nested correction of the copy before")));
+      same_holes(excellon(pattern + "G47\n" + kCopies + "X1.Y1.\n"));
+      same_holes(excellon(pattern + "M01\nM08\nG37\nX1.Y1.\n"));
+    }
+  }
+}
+
+/// The control ends an offset with the copy that it was measured in; one that was measured outside
+/// of patterns comes back behind each copy.
+TEST(StoredTranslation, AnOffsetFromOutsideOfPatternsEndsWithTheBoards) {
+  const std::string outside = kBoard + std::string("T1\nG45X5.Y5.\nX4.Y4.\n");
+  const std::string pattern = std::string("M25\nX1.Y1.\n") + kCopies;
+  same_holes(excellon(outside + pattern + "X3.Y3.\nG37\nX2.Y2.\n" + pattern));
+  same_holes(excellon(outside + "G37\nX3.Y3.\nG45X5.Y45.\nX2.Y2.\n"));
+  const auto behind_g47 = ElementsAre(HasSubstr("behind G47 of a nested correction from outside"));
+  EXPECT_THAT(refusals_of(outside + "G47\nX3.Y3.\n"), behind_g47);
+  EXPECT_THAT(refusals_of(outside + pattern + "G47\nX3.Y3.\n"), behind_g47);
+  EXPECT_THAT(refusals_of(outside + "M25\nX1.Y1.\nG47\n" + kCopies),
+              ElementsAre(HasSubstr("G47 in a pattern, of a nested correction from outside")));
+  for (const std::string own : {"M25\nG45X5.Y5.\nX1.Y1.\nG47\n", "M50,1\nM25\nG45X5.Y5.\n"}) {
+    EXPECT_THAT(refusals_of(outside + "G47\n" + own + kCopies),
+                testing::Contains(HasSubstr("a second nested correction")));
+  }
+}
+
+/// Plunged again where it stands, the router does not move there first.
+TEST(StoredTranslation, RefusesAContourBehindG47OfItsPattern) {
+  EXPECT_THAT(refusals_of(kBoard +
+                          std::string("T1\nM25\nG45X5.Y5.\nG00X30.Y30.\nM15\nG01X35.\n"
+                                      "M17\nG47\nM15\nG01X40.\nM17\nG05\n") +
+                          kCopies),
+              ElementsAre(HasSubstr("behind G47 in the pattern of its nested correction")));
 }
 
 TEST(StoredTranslation, RefusesG47AheadOfTheTargets) {
   const std::string ahead = std::string("T1\nM50,1\nM25\nG47\nX8.Y8.\n") + kTargets + kCopies;
-  const Translation lost = translate(excellon_boards(kBoard + ahead), Dialect::SiebMeyer);
+  const Translation lost = translate(excellon(kBoard + ahead), Dialect::SiebMeyer);
   EXPECT_TRUE(lost.is_refused);
   EXPECT_THAT(lost.losses, testing::Contains(HasSubstr("G47 ahead of the targets")));
 }
 
 TEST(StoredTranslation, WithoutABoardCorrection) {
-  same_holes(excellon_boards(std::string("T1\nM50,1\nM25\n") + kTargets + kCopies + kUse +
-                             "G47\nX1.Y1.\n"));
+  same_holes(
+      excellon(std::string("T1\nM50,1\nM25\n") + kTargets + kCopies + kUse + "G47\nX1.Y1.\n"));
 }
 
 TEST(StoredTranslation, ABaseSeriesOrAnOffsetOfEachCopy) {
   const std::string base = "M50,3\nM25\nG36X5.Y5.\nG36X45.Y5.\nG36X5.Y45.\n";
-  same_holes(excellon_boards("T1\n" + base + kCopies + "M51,3\nM25\nM52,3\nX10.Y20.\n" + kCopies +
-                             "X1.Y1.\n"));
+  same_holes(
+      excellon("T1\n" + base + kCopies + "M51,3\nM25\nM52,3\nX10.Y20.\n" + kCopies + "X1.Y1.\n"));
   for (const std::string command : {"G35", "G45"}) {
-    same_holes(excellon_boards(kBoard + std::string("T1\nM50,1\nM25\n") + command +
-                               "X5.Y5.\nX7.Y7.\nG47\n" + kCopies +
-                               "M51,1\nM25\nM52\nX10.Y20.\nG47\n" + kCopies + "G37\nX1.Y1.\n"));
+    same_holes(excellon(kBoard + std::string("T1\nM50,1\nM25\n") + command +
+                        "X5.Y5.\nX7.Y7.\nG47\n" + kCopies + "M51,1\nM25\nM52\nX10.Y20.\nG47\n" +
+                        kCopies + "G37\nX1.Y1.\n"));
   }
+}
+
+TEST(StoredTranslation, ContoursSlotsAndHolesAtTargets) {
+  const std::string store = kBoard + ("T1\nM50,1\nM25\n" + std::string(kTargets)) +
+                            "G38X20.Y20.\nG48X25.Y25.\n" + kCopies;
+  const std::string contours =
+      "X10.Y20.G85X20.Y20.\nG00X30.Y30.\nM15\nG01X35.Y30.\nG02X40.Y30.A2.5\nM17\nG05\nG47\n"
+      "G00X30.Y10.\nM15\nG01X40.Y10.\nM17\nG05\n";
+  same_holes(excellon(store + "M51,1\nM25\nM52,3\n" + contours + kCopies));
+  same_holes(
+      excellon(store + "M51,1\nM25\nM52,3\nG48X7.Y8.\nX9.Y9.\nG38X10.Y11.\nX12.Y12.\n" + kCopies));
 }
 
 TEST(StoredTranslation, MirroredAndTurnedCopies) {
   const std::string copies = "M01\nM02X100.M80\nM02Y100.M90\nM02X50.M70\nM08\n";
-  same_holes(excellon_boards(kBoard + std::string("T1\nM50,1\nM25\n") + kTargets + copies +
-                             "M51,1\nM25\nM52,3\nX10.Y20.\n" + copies));
+  same_holes(excellon(kBoard + std::string("T1\nM50,1\nM25\n") + kTargets + copies +
+                      "M51,1\nM25\nM52,3\nX10.Y20.\n" + copies));
 }
 
 TEST(StoredTranslation, ANewLabelTakesTheLocationsOfTheOneBefore) {
   const std::string first = std::string("M50,1\nM25\n") + kTargets + kCopies;
   const std::string second = std::string("M50,2\nM25\n") + kTargets + kCopies;
   const std::string use_2 = "M51,2" + std::string(kUse).substr(5);
-  same_holes(excellon_boards(kBoard + ("T1\n" + first) + kUse + second + use_2));
-  const Translation lost = translate(
-      excellon_boards(kBoard + ("T1\n" + first) + second + use_2 + kUse), Dialect::SiebMeyer);
+  same_holes(excellon(kBoard + ("T1\n" + first) + kUse + second + use_2));
+  const Translation lost =
+      translate(excellon(kBoard + ("T1\n" + first) + second + use_2 + kUse), Dialect::SiebMeyer);
   EXPECT_TRUE(lost.is_refused);
   EXPECT_THAT(lost.losses,
               ElementsAre(HasSubstr("the corrections of M50,1 behind those of another")));
@@ -109,11 +159,11 @@ TEST(StoredTranslation, ANewLabelTakesTheLocationsOfTheOneBefore) {
 TEST(StoredTranslation, TwoTargetsCannotRepeatTheStretchOfABoard) {
   const std::string nested = "$uvis,alg,0,2\nM50,1\nM25\nG46X5.Y5.\nG46X45.Y45.\nX7.Y7.\n";
   const Translation lost =
-      translate(excellon_boards(kBoard + ("T1\n" + nested) + kCopies), Dialect::SiebMeyer);
+      translate(excellon(kBoard + ("T1\n" + nested) + kCopies), Dialect::SiebMeyer);
   EXPECT_TRUE(lost.is_refused);
   EXPECT_THAT(lost.losses, testing::Contains(HasSubstr("a nested series of 2 targets")));
-  same_holes(excellon_boards("T1\n" + nested + kCopies));
-  same_holes(excellon_boards("T1\n$uvis,alg,0,2\nG36X0.Y0.\nG36X190.Y0.\n" + nested + kCopies));
+  same_holes(excellon("T1\n" + nested + kCopies));
+  same_holes(excellon("T1\n$uvis,alg,0,2\nG36X0.Y0.\nG36X190.Y0.\n" + nested + kCopies));
 }
 
 /// datasets/demo: three targets of the panel, three of each of its six boards, seven drills.
@@ -129,153 +179,75 @@ TEST(StoredTranslation, TheDemoPanel) {
 
 TEST(StoredTranslation, RefusesWhatNoCopyCanKeep) {
   const auto errors_of = [](const std::string& body) {
-    return translate(excellon_boards("$uvis,alg,0,2\nT1\n" + body), Dialect::SiebMeyer).errors;
+    return translate(excellon("$uvis,alg,0,2\nT1\n" + body), Dialect::SiebMeyer).errors;
   };
   const std::string series = "G36X5.Y5.\nG36X45.Y5.\n";
   EXPECT_THAT(errors_of("M50,1\n" + series + "X1.Y1.\n"),
-              ElementsAre(Reports("p:11:1: error[not-supported]", "outside of such a pattern")));
+              ElementsAre(test::Reports("p:11:1: error[not-supported]",
+                                        "\"G36\" completes a series outside of a pattern")));
   EXPECT_THAT(errors_of("M50,1\nM25\n" + series + "G46X5.Y5.\nG46X45.Y5.\nM01\nM08\n"),
-              ElementsAre(Reports("p:14:1: error[not-supported]", "second series")));
+              ElementsAre(test::Reports("p:14:1: error[not-supported]", "second series")));
+  EXPECT_THAT(errors_of("M25\nM50,1\nX1.Y1.\nM01\nM08\n"),
+              ElementsAre(test::Reports("p:10:1: error[not-supported]", "\"M50,1\" stands in")));
+}
+
+/// Copies that begin with another tool than the pattern did are written out.
+TEST(StoredTranslation, RefusesPatternsWhoseCopiesAreWrittenOut) {
+  const auto reports = [](int line, const std::string& text) {
+    return ElementsAre(test::Reports("p:" + std::to_string(line) + ":1: error[not-supported]",
+                                     text + " belongs to a pattern whose copies are written out"));
+  };
+  const auto errors_of = [](const std::string& body) {
+    return translate(excellon(kBoard + std::string("T1\n") + body), Dialect::SiebMeyer).errors;
+  };
+  const std::string two_tools = "X1.Y1.\nT2\nX2.Y2.\nM01\nM02X50.\nM08\n";
+  // The next pattern would be taken for one that stores.
+  EXPECT_THAT(errors_of("M50,1\nM25\n" + two_tools + kBoard + "M25\n" + kTargets + "X7.Y7.\n" +
+                        kCopies + "G47\nX9.Y9.\n"),
+              reports(18, "\"M50,1\""));
+  EXPECT_THAT(errors_of("M50,1\nM25\n" + std::string(kTargets) + two_tools),
+              reports(15, "\"G46\""));
+  const std::string stored = "M50,1\nM25\n" + std::string(kTargets) + "M01\nM02X50.\nM08\n";
+  for (const std::string use : {"M51,1\nM25\nM52,3\n", "M51,1\nM25\nT1\nM52,3\n"}) {
+    same_holes(excellon(kBoard + std::string("T1\n") + stored + use + two_tools));
+  }
+}
+
+/// The board's model and the copy's would not be those of the one fit that stands for both.
+TEST(StoredTranslation, RefusesNestedSeriesOfOtherModels) {
+  const auto errors_of = [](const std::string& body, bool chooses, bool scales) {
+    WalkOptions options;
+    options.chooses_model = chooses;
+    options.sieb_meyer.fits_scale = scales;
+    return translate(excellon(body), Dialect::SiebMeyer, options).errors;
+  };
+  const auto is_named = [](int line) {
+    return ElementsAre(test::Reports("p:" + std::to_string(line) + ":1: error[not-supported]",
+                                     "\"G46\" completes a nested series whose model is not"));
+  };
+  const std::string three = kBoard + ("T1\nM50,1\nM25\n" + std::string(kTargets)) + kCopies;
+  const std::string two = "$uvis,alg,0,2\nM50,1\nM25\nG46X5.Y5.\nG46X45.Y45.\nM01\nM08\n";
+  EXPECT_THAT(errors_of(three, true, false), is_named(15));
+  EXPECT_THAT(errors_of(three, false, true), IsEmpty());
+  EXPECT_THAT(errors_of(two, false, true), is_named(11));
+}
+
+/// Locations 1 to 1000, of which the board's correction takes the last where copies replace it.
+TEST(StoredTranslation, AThousandCopiesHaveLocations) {
+  const auto copies = [](int n) { return fmt::format("M01\nR{}M02X.1\nM02\nM08\n", n - 1); };
+  const std::string base = "T1\nM50,1\nM25\nG36X5.Y5.\nG36X45.Y5.\nG36X5.Y45.\n";
+  const std::string nested = kBoard + ("T1\nM50,1\nM25\n" + std::string(kTargets));
+  const auto are_refused = [](int n, int n_most) {
+    return ElementsAre(testing::AllOf(HasSubstr(fmt::format("{} copies that store", n)),
+                                      HasSubstr(fmt::format("at most {}", n_most))));
+  };
+  EXPECT_THAT(refusals_of(base + copies(1001)), are_refused(1001, 1000));
+  EXPECT_THAT(refusals_of(nested + copies(1000)), are_refused(1000, 999));
+  // 1000 copies are not refused, but then the board takes the location of the last.
   EXPECT_THAT(
-      errors_of("M50,1\nM25\n" + series + "M01\nM08\nM25\nM51,1\nM52,2\nX1.Y1.\nM01\nM08\n"),
-      ElementsAre(Reports("p:16:1: error[not-supported]", "\"M51,1\" in a pattern")));
-}
-
-// --- from SIEB & MEYER -------------------------------------------------------------------------
-
-constexpr char kOffsets[] = "X0.Y0.M50\nX50.Y0.M50\nX0.Y50.M50\nX100.Y50.M90M30\n";
-
-/// SIEB & MEYER CNC 8x.00 Command Set, G39, Example.
-TEST(StoredTranslation, TheManualsExampleOfG39) {
-  const std::string text = same_holes(sieb_meyer_boards(
-      "M31\nG34\nX5.Y5.G32\nX45.Y45.G32\nG31\nG39,SAVE\nG30\n" + std::string(kOffsets) +
-      "M31\nG39,LOAD\nX10.Y20.T1\nX30.Y40.\n" + kOffsets + "G30\nX1.Y1.\n"));
-  EXPECT_THAT(text, HasSubstr("M50,1\nM25\nG37\n"));
-  EXPECT_THAT(text, HasSubstr("M51,1\nM25\nM52,2\n"));
-}
-
-TEST(StoredTranslation, TwoSectionsThatSaveAreTwoLabels) {
-  const std::string first =
-      "M31\nG34\nX5.Y5.G32\nX45.Y45.G32\nG31\nG39,SAVE\n" + std::string(kOffsets);
-  const std::string second =
-      "M31\nG34\nX5.Y45.G32\nX45.Y5.G32\nX5.Y5.G32\nG31\nG39,SAVE\n" + std::string(kOffsets);
-  const std::string use = "M31\nG39,LOAD\nX10.Y20.T1\nX30.Y40.\n" + std::string(kOffsets);
-  const std::string text = same_holes(sieb_meyer_boards(first + use + second + use));
-  EXPECT_THAT(text, HasSubstr("M51,2\nM25\nM52,3\n"));
-}
-
-// --- random programs ---------------------------------------------------------------------------
-
-std::string random_holes() {
-  std::string text;
-  for (int n = *rc::gen::inRange(1, 4); n > 0; --n) {
-    text += fmt::format("X{}.Y{}.\n", *rc::gen::inRange(1, 49), *rc::gen::inRange(1, 49));
-  }
-  return text;
-}
-
-bool may() {
-  return *rc::gen::arbitrary<bool>();
-}
-
-/// Copies by step and repeat, and their number.
-struct RandomCopies {
-  std::string text;
-  int n = 0;
-};
-RandomCopies random_copies() {
-  if (may()) return {kCopies, 6};
-  if (may()) return {"M01\nR3M02X50.\nM08\n", 4};
-  return {"M01\nM02X100.M80\nM08\n", 2};
-}
-
-/// The stored corrections taken in order, each for places of its own, without M25.
-std::string random_replay(int label, int n_copies, bool is_single) {
-  std::string text = fmt::format("M51,{}\n", label);
-  for (int n = *rc::gen::inRange(1, n_copies + 1); n > 0; --n) {
-    text += is_single ? "M52\n" : may() ? "M52,3\n" : "M52\nM52\nM52\n";
-    if (may()) text += random_holes();
-  }
-  return text + random_holes() + "G47\n";
-}
-
-/// Nested series that are not stored, in the program itself or in a pattern.
-std::string random_nested(const std::string& copies) {
-  std::string text = may() ? "G47\n" : "";
-  if (may()) return text + kTargets + random_holes() + (may() ? "G47\n" : "") + random_holes();
-  text += "M25\n";
-  text += may() ? "G47\n" : may() ? random_holes() : "";
-  text += kTargets + random_holes();
-  if (may()) text += "G47\n" + random_holes();
-  return text + copies;
-}
-
-/// Boards stored once or twice and used several times, with cancellations, holes and nested series
-/// between.
-std::string random_stored_job() {
-  std::string text = "T1\n";
-  if (may()) text += kBoard;
-  const RandomCopies copies = random_copies();
-  const char* const level = may() ? "G46" : "G36";
-  const bool is_nested = level == std::string("G46");
-  const int n_labels = *rc::gen::inRange(1, 3);
-  for (int label = 1; label <= n_labels; ++label) {
-    const bool is_single = *rc::gen::inRange(0, 4) == 0;
-    if (*rc::gen::inRange(0, 3) == 0) text += random_nested(copies.text) + "G47\n";
-    text += fmt::format("M50,{}\nM25\n", label);
-    if (may()) text += (!is_nested && may() ? "G47\n" : "") + random_holes();
-    if (is_single) {
-      text += is_nested ? "G45X5.Y5.\n" : "G35X5.Y5.\n";
-    } else {
-      text += fmt::format("{0}X5.Y5.\n{0}X45.Y5.\n{0}X5.Y45.\n", level);
-    }
-    if (may()) text += random_holes();
-    if (is_single || may()) text += "G47\n";
-    text += copies.text;
-    for (int n = *rc::gen::inRange(0, 4); n > 0; --n) {
-      if (may()) text += may() ? "T1\n" : "T2\n";
-      if (may()) text += "X1.Y1.\n";
-      if (*rc::gen::inRange(0, 3) == 0) text += random_replay(label, copies.n, is_single);
-      text += fmt::format("M51,{}\nM25\nM52{}\n", label, is_single ? "" : ",3") + random_holes();
-      if (is_single || may()) text += "G47\n";
-      if (!is_single && may()) text += random_holes();
-      text += copies.text;
-      if (may()) text += "M25\n" + random_holes() + copies.text;
-      if (is_nested && *rc::gen::inRange(0, 3) == 0) text += random_nested(copies.text);
-    }
-  }
-  return excellon_boards(text + "G37\nX1.Y1.\n");
-}
-
-RC_GTEST_PROP(StoredTranslation, DrillsTheSameHolesAtTheSamePlaces, ()) {
-  const std::string text = random_stored_job();
-  FunctionSource panel = small_boards();
-  const WorkRun before = run_on(panel, text);
-  RC_LOG(text);
-  if (!before.errors.empty()) RC_LOG(before.errors.front());
-  RC_ASSERT(before.errors.empty());
-  const Translation translation = translate(text, Dialect::SiebMeyer);
-  RC_LOG(translation.text);
-  RC_ASSERT(translation.errors.empty());
-  RC_ASSERT(translation.losses.empty());
-  const WorkRun after = run_on(panel, translation.text);
-  if (!after.errors.empty()) RC_LOG(after.errors.front());
-  RC_ASSERT(after.errors.empty());
-  const double worst_um = distance_um(before, after);
-  RC_ASSERT(worst_um >= 0);
-  RC_ASSERT(worst_um < kSameOnPanel_um);
-}
-
-RC_GTEST_PROP(StoredTranslation, ExcellonKeepsItsOwn, ()) {
-  const std::string text = random_stored_job();
-  const Translation same = translate(text, Dialect::Excellon);
-  RC_LOG(same.text);
-  RC_ASSERT(same.errors.empty());
-  RC_ASSERT(same.losses.empty());
-  FunctionSource panel = small_boards();
-  const WorkRun after = run_on(panel, same.text);
-  RC_ASSERT(after.errors.empty());
-  RC_ASSERT(difference_of_work(run_on(panel, text), after).empty());
+      refusals_of(base + copies(1000) + "M50,2\nM25\nX1.Y1.\nM01\nM08\nM51,1\nM25\nM52,3\n" +
+                  "X1.Y1.\n" + copies(1000)),
+      ElementsAre(HasSubstr("the corrections of M50,1 behind those of another")));
 }
 
 }  // namespace

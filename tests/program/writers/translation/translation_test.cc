@@ -15,9 +15,11 @@ namespace {
 
 using test::difference_of_work;
 using test::FunctionSource;
+using test::other_language;
 using test::Reports;
 using test::run_nominally;
 using test::run_on;
+using test::sieb_meyer;
 using test::translate;
 using test::Translation;
 using test::work_of;
@@ -35,13 +37,9 @@ FunctionSource crooked_panel() {
   });
 }
 
-Dialect other(const std::string& text) {
-  return text.starts_with("%%") ? Dialect::Excellon : Dialect::SiebMeyer;
-}
-
 /// The translation, which has to do the same work and `n_losses` things less.
 std::string same_work(const std::string& text, std::size_t n_losses = 0) {
-  const Translation translation = translate(text, other(text));
+  const Translation translation = translate(text, other_language(text));
   EXPECT_THAT(translation.errors, IsEmpty());
   EXPECT_FALSE(translation.is_refused);
   EXPECT_EQ(translation.losses.size(), n_losses) << testing::PrintToString(translation.losses);
@@ -57,9 +55,6 @@ std::string same_work(const std::string& text, std::size_t n_losses = 0) {
 
 std::string excellon(const std::string& body) {
   return "M48\nMETRIC,LZ\nT1C1.0\nT2C2.0\nCP,1,1.0\nCP,2,2.0\n%\n" + body + "M30\n";
-}
-std::string sieb_meyer(const std::string& body) {
-  return "%%5000\n" + body + "$\nT1D1.\nT2D2.\n$\n";
 }
 
 // --- from Excellon -----------------------------------------------------------------------------
