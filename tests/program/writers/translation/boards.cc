@@ -56,6 +56,11 @@ std::vector<WorkedPlace> worked_places(const WorkRun& run) {
   return places;
 }
 
+/// In Excellon.
+bool is_target_hole(const MeasurementRequest& request) {
+  return request.command == "G38" || request.command == "G48";
+}
+
 }  // namespace
 
 double distance_um(const WorkRun& a,
@@ -83,7 +88,7 @@ double distance_um(const WorkRun& a,
     });
     if (look == looks_a.requests().end()) return -1;
     // The other control looks for such a target under the whole correction.
-    const bool is_hole = look->command == "G38" || look->command == "G48";
+    const bool is_hole = is_target_hole(*look) || is_target_hole(same);
     if (!is_hole && !loses_looks) compare(look->expected.in_mm(), same.expected.in_mm());
     ++look;
   }
@@ -92,6 +97,39 @@ double distance_um(const WorkRun& a,
 
 FunctionSource small_boards() {
   return panel_of_boards({50, 50}, {0, 0});
+}
+
+Expected<ProbeReading> BulgingBoard::probe(const ProbeRequest& request) {
+  const Vector2d at_mm = request.nominal.in_mm();
+  const double height_mm =
+      1.6 + 0.001 * at_mm.x() + 0.0005 * at_mm.y() + 0.05 * std::sin(at_mm.x() / 30);
+  ProbeReading reading{.request = request, .status = ProbeStatus::Found};
+  reading.heights = {{mm(height_mm), um(1)}};
+  return reading;
+}
+
+bool asks_alike(const WorkRun& a, const WorkRun& b) {
+  const auto is_near = [](const auto& p, const auto& q) {
+    return (p - q).in_mm().norm() < kLastDigit_mm;
+  };
+  if (a.requests.size() != b.requests.size() || a.probes.size() != b.probes.size()) return false;
+  for (std::size_t i = 0; i < a.requests.size(); ++i) {
+    const MeasurementRequest& p = a.requests[i];
+    const MeasurementRequest& q = b.requests[i];
+    if (p.command != q.command || p.axes != q.axes || !is_near(p.nominal, q.nominal) ||
+        !is_near(p.expected, q.expected)) {
+      return false;
+    }
+  }
+  for (std::size_t i = 0; i < a.probes.size(); ++i) {
+    const ProbeRequest& p = a.probes[i];
+    const ProbeRequest& q = b.probes[i];
+    if (p.command != q.command || p.tool != q.tool || p.memory != q.memory || p.depth != q.depth ||
+        !is_near(p.nominal, q.nominal)) {
+      return false;
+    }
+  }
+  return true;
 }
 
 std::string same_holes(const std::string& text,

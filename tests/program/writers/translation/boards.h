@@ -22,6 +22,15 @@ inline constexpr double kShear_um_per_mm = 1e3 * 0.002 * 500e-6;
 inline constexpr double kSameOnBoard_um = 2 * kShear_um_per_mm * 50;
 inline constexpr double kSameOnPanel_um = 2 * kShear_um_per_mm * 250;
 
+/// A board that leans and bulges by some tenths of a millimetre.
+class BulgingBoard final : public ProbeSource {
+ public:
+  Expected<ProbeReading> probe(const ProbeRequest& request) override;
+};
+
+/// Both ask for the same targets, from where the same corrections put them, and the same probes.
+bool asks_alike(const WorkRun& a, const WorkRun& b);
+
 /// Fits of the same targets from the same places; programs are written in 0.001 um.
 inline constexpr double kSameFit_um = 0.002;
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A SIEB & MEYER program in its own language: orders of optical measurement and of surface
 // detection go on as they are, so that the control measures, probes and works as before.
-#include <cmath>
-#include <cstddef>
 #include <string>
 
 #include <fmt/format.h>
@@ -16,9 +14,10 @@
 namespace panelcal {
 namespace {
 
+using test::asks_alike;
+using test::BulgingBoard;
 using test::difference_of_work;
 using test::FunctionSource;
-using test::kLastDigit_mm;
 using test::Reports;
 using test::run_on;
 using test::sieb_meyer;
@@ -29,43 +28,6 @@ using test::WorkRun;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-
-/// A board that leans and bulges by some tenths of a millimetre.
-class BulgingBoard final : public ProbeSource {
- public:
-  Expected<ProbeReading> probe(const ProbeRequest& request) override {
-    const Eigen::Vector2d at_mm = request.nominal.in_mm();
-    const double height_mm =
-        1.6 + 0.001 * at_mm.x() + 0.0005 * at_mm.y() + 0.05 * std::sin(at_mm.x() / 30);
-    ProbeReading reading{.request = request, .status = ProbeStatus::Found};
-    reading.heights = {{mm(height_mm), um(1)}};
-    return reading;
-  }
-};
-
-bool asks_alike(const WorkRun& a, const WorkRun& b) {
-  const auto is_near = [](const auto& p, const auto& q) {
-    return (p - q).in_mm().norm() < kLastDigit_mm;
-  };
-  if (a.requests.size() != b.requests.size() || a.probes.size() != b.probes.size()) return false;
-  for (std::size_t i = 0; i < a.requests.size(); ++i) {
-    const MeasurementRequest& p = a.requests[i];
-    const MeasurementRequest& q = b.requests[i];
-    if (p.command != q.command || p.axes != q.axes || !is_near(p.nominal, q.nominal) ||
-        !is_near(p.expected, q.expected)) {
-      return false;
-    }
-  }
-  for (std::size_t i = 0; i < a.probes.size(); ++i) {
-    const ProbeRequest& p = a.probes[i];
-    const ProbeRequest& q = b.probes[i];
-    if (p.command != q.command || p.tool != q.tool || p.memory != q.memory || p.depth != q.depth ||
-        !is_near(p.nominal, q.nominal)) {
-      return false;
-    }
-  }
-  return true;
-}
 
 /// The translation into the language itself: it asks for the same and does the same work.
 std::string same_orders(const std::string& text, const WalkOptions& options = {}) {
