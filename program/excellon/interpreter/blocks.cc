@@ -247,7 +247,7 @@ void Interpreter::keep_target(const TargetPlace& target) {
   const std::vector<Position<frame::Nominal>> targets = vision_.take_target(target);
   if (targets.empty()) return;
   const auto n_targets = static_cast<int>(targets.size());
-  emitter_.put(target.line, VisionSeries{level, targets, vision_.fits_otherwise(n_targets)});
+  emitter_.put(target.line, VisionSeries{level, targets, vision_.fits_otherwise(level, n_targets)});
   const auto keep = vision_.keep_series(target, n_targets);
   if (keep) emitter_.put(target.line, *keep);
 }

@@ -197,7 +197,7 @@ std::optional<StoredCorrection> VisionSession::keep_series(const TargetPlace& ta
                 "one series in each copy of a pattern, and G45 behind it");
     return std::nullopt;
   }
-  if (level == CorrectionLevel::Nested && fits_otherwise(n_targets)) {
+  if (level == CorrectionLevel::Nested && fits_otherwise(level, n_targets)) {
     refuse_kept(target.line,
                 1,
                 command + " completes a nested series whose model is not the manual's",
@@ -213,9 +213,9 @@ std::optional<StoredCorrection> VisionSession::keep_series(const TargetPlace& ta
   return kept->second;
 }
 
-bool VisionSession::fits_otherwise(int n_targets) const {
-  if (n_targets < 2) return false;
-  return options_.chooses_model || (n_targets == 2 && options_.sieb_meyer.fits_scale);
+bool VisionSession::fits_otherwise(CorrectionLevel level, int n_targets) const {
+  if (n_targets == 2 && options_.sieb_meyer.fits_scale) return true;
+  return level == CorrectionLevel::Nested && n_targets > 1 && options_.chooses_model;
 }
 
 // --- ends and refusals -------------------------------------------------------------------------

@@ -78,9 +78,10 @@ class VisionSession {
   std::optional<StoredCorrection> keep_stored(const Block& block, Command command, int number);
   /// Behind a series that is complete, if structure is kept: whether it is to be stored.
   std::optional<StoredCorrection> keep_series(const TargetPlace& target, int n_targets);
-  /// The one fit that stands for a board's and a copy's in another language has both only if they
-  /// are of the models that the manuals state; true if they are not.
-  bool fits_otherwise(int n_targets) const;
+  /// The other control would fit another model: to two targets a scale as well, or, to a nested
+  /// series, one fit for the board's and the copy's, which has both only if they are of the models
+  /// that the manuals state.
+  bool fits_otherwise(CorrectionLevel level, int n_targets) const;
   void begin_instance() {
     // A replay outside of sections that has used all points is over where a section begins.
     if (!is_in_section_ && has_advanced_ && memory_.points_left() == 0) rewind_line_ = 0;

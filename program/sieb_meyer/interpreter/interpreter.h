@@ -126,6 +126,7 @@ class Interpreter {
     bool has_own = false;    ///< which ends with the copy
     bool has_outer = false;  ///< that may have been in force before the copy began
     int n_targets = 0;       ///< of G36 in this copy: they count together, until G34
+    bool has_outer_targets = false;  ///< which count again behind the copy
   };
   /// A section that is passed on as such.
   struct KeptSection {

@@ -136,7 +136,8 @@ void Interpreter::end_kept_section(const Section& section) {
 /// Gives the offsets that hold round the copy.
 Interpreter::KeptOffsets Interpreter::begin_kept_copy() {
   const KeptOffsets outer = kept_.offsets;
-  kept_.offsets = {.has_outer = outer.has_own || outer.has_outer};
+  kept_.offsets = {.has_outer = outer.has_own || outer.has_outer,
+                   .has_outer_targets = outer.n_targets > 0 || outer.has_outer_targets};
   return outer;
 }
 
@@ -233,6 +234,9 @@ void Interpreter::keep_series(const Block& block) {
   } else if (takes_others) {
     order.remedy = "all targets in the section";
     order.problem = "G31 with targets from ahead of its section, which one copy takes";
+  } else if (targets.size() == 2 && options_.sieb_meyer.fits_scale) {
+    order.remedy = "three targets, or [vision] scale = false";
+    order.problem = "a scale fitted to two targets";
   }
   pass_order(block.line, order);
   kept_.n_of_last = 0;
@@ -250,11 +254,13 @@ void Interpreter::keep_series(const Block& block) {
 /// G30, which clears as well where it comes twice running, and G34.
 void Interpreter::keep_end(const Block& block, Command command) {
   const std::string text = code_text(command);
-  pass_order(block.line, {.text = text});
   const bool turns_off = command == Command::CorrectionOff;
   const bool is_second = turns_off && kept_.turned_off_in && *kept_.turned_off_in + 1 == n_blocks_;
+  const bool clears = !turns_off || is_second;
+  pass_order(block.line,
+             {.text = text, .ends_with_copy = clears && kept_.offsets.has_outer_targets});
   if (turns_off) kept_.turned_off_in = n_blocks_;
-  if (!turns_off || is_second) {
+  if (clears) {
     kept_.targets.clear();
     kept_.n_of_last = 0;
     kept_.offsets.has_own = false;

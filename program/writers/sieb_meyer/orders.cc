@@ -178,7 +178,7 @@ void SiebMeyerWriter::refuse_uneven_copies(std::size_t n_copies) {
 void SiebMeyerWriter::write(const OpticalOrder& order) {
   if (is_foreign() || order.text.empty()) return;
   if (order.ends_with_copy && n_open_patterns_ == 0) {
-    return refuse(fmt::format("{} for a copy that is written out, which ends with it",
+    return refuse(fmt::format("{}, whose effect ends with a copy that is written out,",
                               quoted(order.text)),
                   "an innermost section whose copies begin with the same tool and depth");
   }
@@ -196,6 +196,10 @@ void SiebMeyerWriter::write(const OpticalOrder& order) {
 void SiebMeyerWriter::write(const VisionSeries& series) {
   if (!is_foreign()) return;
   if (series.level == CorrectionLevel::Nested) return write_nested(series);
+  if (series.fits_otherwise) {
+    refuse("a base series of two targets, without the scale that the control fits",
+           "three targets, or [vision] scale = false");
+  }
   if (n_open_patterns_ > 0 && pattern_.restores_board) {
     refuse("a base series behind G47 in its pattern", "G47 before the pattern");
   } else if (n_open_patterns_ > 0 && pattern_.has_whole) {

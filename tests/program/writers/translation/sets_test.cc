@@ -268,6 +268,35 @@ TEST(SetTranslation, RefusesNestedSeriesOfOtherModels) {
   EXPECT_THAT(refused_with(false, true, "$uvis,alg,0,2\nG46X5.Y5.\nG46X45.Y45.\n"), is_named);
 }
 
+/// [vision] scale: a SIEB & MEYER control fits it to two targets of G31, an Excellon one does not.
+TEST(SetTranslation, RefusesAScaleFittedToTwoTargets) {
+  WalkOptions scales;
+  scales.sieb_meyer.fits_scale = true;
+  const std::string two = "X5.Y5.G32\nX45.Y45.G32\nG31\nX1.Y1.T1\n";
+  EXPECT_THAT(refused_of(sieb_meyer(two), scales),
+              ElementsAre(Reports("p:4: error[translation-refused]", "a scale fitted to two")));
+  EXPECT_THAT(refused_of(boards_in_excellon("$uvis,alg,0,2\nT1\nG36X0.Y0.\nG36X190.Y0.\nX1.Y1.\n"),
+                         scales),
+              ElementsAre(HasSubstr("without the scale that the control fits")));
+  same_fits(sieb_meyer(two));
+}
+
+/// A control counts the targets of its patterns' offsets together until G34, also behind G30, G31
+/// and G39,LOAD; an offset from outside of sections comes back behind them.
+TEST(SetTranslation, RefusesOffsetsThatTheControlPutsTogether) {
+  const std::string first = kPanel + std::string("G39,SAVE7\nM49,CAMA\nX5.Y5.G36\nX1.Y1.T1\n");
+  const std::string second = "X5.Y45.G36\nX2.Y2.\n";
+  for (const std::string between : {"", "G30\n", "X9.Y9.G32\nG31\n", "G39,LOAD7\n"}) {
+    EXPECT_THAT(refused_of(sieb_meyer(first + between + second)),
+                testing::Contains(HasSubstr("one offset of a pattern from several targets")));
+  }
+  same_fits(sieb_meyer(first + "G34\n" + second));
+  const std::string section = "M31\nG39,LOAD7\nX3.Y3.\nX0.Y0.M50\nX50.Y0.M50M30\nX4.Y4.\n";
+  EXPECT_THAT(refused_of(sieb_meyer(first + section)),
+              ElementsAre(Reports("p:12: error[translation-refused]", "\"G39,LOAD7\"")));
+  same_fits(sieb_meyer(first + "G39,LOAD7\n" + section));
+}
+
 /// datasets/demo there and back: six boards whose corrections are fitted at once come back with
 /// the same fits. Targets are looked for where they are nominally.
 TEST(SetTranslation, TheDemoPanelThereAndBack) {
