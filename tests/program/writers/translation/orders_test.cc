@@ -112,16 +112,15 @@ TEST(OwnOrders, RefusesOffsetsOfCopiesThatAreWrittenOut) {
   const Translation lost =
       translate(sieb_meyer("M49,CAMA\n" + section + "X4.Y4.\n"), Dialect::SiebMeyer);
   EXPECT_THAT(lost.losses,
-              testing::Each(Reports("p:5: error[translation-refused]",
-                                    "\"G36\", whose effect ends with a copy")));
-  EXPECT_EQ(lost.losses.size(), 2U);
+              ElementsAre(Reports("p:5: error[translation-refused]",
+                                  "\"G36\", whose effect ends with a copy")));
   const Translation cleared =
       translate(sieb_meyer("M49,CAMA\nX5.Y5.G36\nX1.Y1.T1\nM31\nX2.Y2.\nG34\nX3.Y3.T2\n" + offsets +
                            "X5.Y45.G36\nX4.Y4.\n"),
                 Dialect::SiebMeyer);
   EXPECT_THAT(cleared.losses,
-              testing::Each(Reports("p:7: error[translation-refused]",
-                                    "\"G34\", whose effect ends with a copy")));
+              ElementsAre(Reports("p:7: error[translation-refused]",
+                                  "\"G34\", whose effect ends with a copy")));
 }
 
 /// A control stores the offset of its spindle, whatever panelcal knows of it.

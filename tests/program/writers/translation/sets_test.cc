@@ -293,7 +293,7 @@ TEST(SetTranslation, RefusesOffsetsThatTheControlPutsTogether) {
   same_fits(sieb_meyer(first + "G34\n" + second));
   const std::string section = "M31\nG39,LOAD7\nX3.Y3.\nX0.Y0.M50\nX50.Y0.M50M30\nX4.Y4.\n";
   EXPECT_THAT(refused_of(sieb_meyer(first + section)),
-              ElementsAre(Reports("p:12: error[translation-refused]", "\"G39,LOAD7\"")));
+              ElementsAre(Reports("p:11: error[translation-refused]", "\"G39,LOAD7\"")));
   same_fits(sieb_meyer(first + "G39,LOAD7\n" + section));
 }
 
