@@ -278,7 +278,7 @@ enum class CorrectionLevel : std::uint8_t { Base, Nested };
 struct VisionSeries {
   CorrectionLevel level = CorrectionLevel::Base;
   std::span<const Position<frame::Nominal>> targets;
-  bool fits_otherwise = false;  ///< than with the model that the manuals state for so many targets
+  bool fits_otherwise = false;  ///< than with the model that the manuals state for its targets
 };
 
 /// A target that is measured and drilled at; only where structure is kept.
@@ -332,7 +332,7 @@ struct OpticalOrder {
   /// The form that the program needs in another language, if that cannot say this one; valid for
   /// ever.
   std::string_view remedy;
-  /// Why, if it is not the order itself; valid for ever.
+  /// The reason, if it is not the order itself; valid for ever.
   std::string_view problem;
   /// The section's copies are executed one by one, and the order changes a correction that ends
   /// with the copy. Outside of sections nothing would end it.

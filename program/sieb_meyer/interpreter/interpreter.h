@@ -123,10 +123,10 @@ class Interpreter {
 
   /// Offsets of patterns (CAMA).
   struct KeptOffsets {
-    bool has_own = false;    ///< which ends with the copy
-    bool has_outer = false;  ///< that may have been in force before the copy began
-    int n_targets = 0;       ///< of G36 in this copy: they count together, until G34
-    bool has_outer_targets = false;  ///< which count again behind the copy
+    bool has_own = false;            ///< ends with the copy
+    bool has_outer = false;          ///< that may have been in force before the copy began
+    int n_targets = 0;               ///< of G36 in this copy: they count together, until G34
+    bool has_outer_targets = false;  ///< count again behind the copy
   };
   /// A section that is passed on as such.
   struct KeptSection {
@@ -143,7 +143,7 @@ class Interpreter {
     std::vector<Position<frame::Nominal>> targets;  ///< that G31 will fit
     KeptOffsets offsets;
     bool may_load_offset = false;  ///< a set was saved under one
-    int n_of_last = 0;  ///< targets of the last correction, if it was calculated
+    int n_of_last = 0;             ///< targets of the last correction, if it was calculated
     std::optional<std::int64_t> turned_off_in;  ///< the block of the last G30
     std::optional<KeptSection> section;         ///< that is passed on
     int n_labels = 0;

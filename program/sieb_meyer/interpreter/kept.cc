@@ -108,8 +108,8 @@ void Interpreter::run_kept(int i_section) {
   place(frame_);
   emitter_.put(section.begin.number, PatternBegin{});
   repeats_tool_ = true;
-  kept_.section = KeptSection{.n_copies = static_cast<int>(copies.size()),
-                              .n_waiting = kept_.targets.size()};
+  kept_.section =
+      KeptSection{.n_copies = static_cast<int>(copies.size()), .n_waiting = kept_.targets.size()};
   run_copy(i_section, start);
   repeats_tool_ = false;
   end_kept_section(section);

@@ -178,9 +178,9 @@ void SiebMeyerWriter::refuse_uneven_copies(std::size_t n_copies) {
 void SiebMeyerWriter::write(const OpticalOrder& order) {
   if (is_foreign() || order.text.empty()) return;
   if (order.ends_with_copy && n_open_patterns_ == 0) {
-    return refuse(fmt::format("{}, whose effect ends with a copy that is written out,",
-                              quoted(order.text)),
-                  "an innermost section whose copies begin with the same tool and depth");
+    return refuse(
+        fmt::format("{}, whose effect ends with a copy that is written out,", quoted(order.text)),
+        "an innermost section whose copies begin with the same tool and depth");
   }
   up_at_.reset();
   if (!order.target) return line(order.text);

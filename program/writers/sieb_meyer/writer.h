@@ -83,9 +83,9 @@ class SiebMeyerWriter final : public ProgramWriter {
 
   /// The pattern that is open, of which one copy is written for all.
   struct OpenPattern {
-    int n_nested_targets = 0;     ///< they count together
-    bool works_ahead = false;     ///< before it has an offset of its own
-    bool has_offset = false;      ///< ends with the copy
+    int n_nested_targets = 0;          ///< they count together
+    bool works_ahead = false;          ///< before it has an offset of its own
+    bool has_offset = false;           ///< ends with the copy
     bool has_kept = false;             ///< corrections of its copies
     bool has_whole = false;            ///< measured them, in place of nested ones
     bool cancels_ahead = false;        ///< G47 before the series that its copies measure
@@ -233,8 +233,8 @@ class SiebMeyerWriter final : public ProgramWriter {
   bool is_replaced_ = false;           ///< by that of a copy
   std::optional<int> kept_label_;      ///< of the corrections in the copies' locations
   Nested nested_ = Nested::None;
-  bool has_outer_offset_ = false;     ///< measured outside of patterns, which only G34 ends
-  bool has_loaded_offset_ = false;    ///< outside of patterns, in force until another takes over
+  bool has_outer_offset_ = false;   ///< measured outside of patterns, which only G34 ends
+  bool has_loaded_offset_ = false;  ///< outside of patterns, in force until another takes over
   OpenPattern pattern_;
   std::optional<bool> pattern_mode_;  ///< CAMA, NOCAMA
 };

@@ -80,6 +80,7 @@ double distance_um(const WorkRun& a,
     if ((from[i].nominal_mm - to[i].nominal_mm).norm() > kSamePlace_mm) return -1;
     compare(from[i].corrected_mm, to[i].corrected_mm);
   }
+  if (loses_looks) return 1000 * worst_mm;
   // The source may look at targets that no series uses.
   auto look = looks_a.requests().begin();
   for (const MeasurementRequest& same : looks_b.requests()) {
@@ -89,7 +90,7 @@ double distance_um(const WorkRun& a,
     if (look == looks_a.requests().end()) return -1;
     // The other control looks for such a target under the whole correction.
     const bool is_hole = is_target_hole(*look) || is_target_hole(same);
-    if (!is_hole && !loses_looks) compare(look->expected.in_mm(), same.expected.in_mm());
+    if (!is_hole) compare(look->expected.in_mm(), same.expected.in_mm());
     ++look;
   }
   return 1000 * worst_mm;

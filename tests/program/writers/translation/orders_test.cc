@@ -51,9 +51,9 @@ std::string same_orders(const std::string& text, const WalkOptions& options = {}
 constexpr char kThreeTargets[] = "X0.Y0.G32\nX190.Y0.G32\nX0.Y190.G32\nG31\n";
 
 TEST(OwnOrders, CorrectionsAreTurnedOffAndOnAgain) {
-  const std::string text = same_orders(sieb_meyer(std::string(kThreeTargets) +
-                                                         "X1.Y2.T1\nG30\nX3.Y4.\nG31\nX5.Y6.\n" +
-                                                         kThreeTargets + "X7.Y8.\nG34\nX9.Y9.\n"));
+  const std::string text =
+      same_orders(sieb_meyer(std::string(kThreeTargets) + "X1.Y2.T1\nG30\nX3.Y4.\nG31\nX5.Y6.\n" +
+                             kThreeTargets + "X7.Y8.\nG34\nX9.Y9.\n"));
   EXPECT_THAT(text,
               HasSubstr("X1.Y2.T1\nG30\nX3.Y4.\nG31\nX5.Y6.\nX0.Y0.G32\nX190.Y0.G32\nX0.Y190.G32\n"
                         "G31\nX7.Y8.\nG34\nX9.Y9.\n"));
@@ -75,9 +75,9 @@ TEST(OwnOrders, SetsKeepTheirLocations) {
 /// The number of a copy counts through the levels, of which a translation keeps the innermost.
 TEST(OwnOrders, LocationsOfSectionsInSectionsAreNumbered) {
   const std::string offsets = "X0.Y0.M50\nX50.Y0.M50M30\nX0.Y0.M50\nX0.Y50.M50M30\n";
-  const std::string text = same_orders(
-      sieb_meyer("M31M31\nG34\nX5.Y5.G32\nX45.Y45.G32\nG31\nG39,SAVE\nX7.Y7.T1\n" + offsets +
-                        "M31M31\nG39,LOAD\nX10.Y20.\n" + offsets));
+  const std::string text =
+      same_orders(sieb_meyer("M31M31\nG34\nX5.Y5.G32\nX45.Y45.G32\nG31\nG39,SAVE\nX7.Y7.T1\n" +
+                             offsets + "M31M31\nG39,LOAD\nX10.Y20.\n" + offsets));
   EXPECT_THAT(text, HasSubstr("G31\nG39,SAVE4\nX57.Y57.\n"));
   EXPECT_THAT(text, HasSubstr("G39,LOAD4\nX60.Y70.\n"));
 }
@@ -99,8 +99,8 @@ TEST(OwnOrders, SlotsAndLayersKeepTheirMode) {
 TEST(OwnOrders, PatternsAreMeasuredAtTwoTargets) {
   const std::string text =
       same_orders(sieb_meyer(std::string(kThreeTargets) +
-                                    "M49,CAMA\nM31\nX5.Y5.G36\nX45.Y5.G36\nX10.Y20.T1\nX0.Y0.M50\n"
-                                    "X50.Y0.M70M30\nM49,NOCAMA\nX30.Y30.G36\nX1.Y1.\n"));
+                             "M49,CAMA\nM31\nX5.Y5.G36\nX45.Y5.G36\nX10.Y20.T1\nX0.Y0.M50\n"
+                             "X50.Y0.M70M30\nM49,NOCAMA\nX30.Y30.G36\nX1.Y1.\n"));
   EXPECT_THAT(text, HasSubstr("M31\nM49,CAMA\nX5.Y5.G36\nX45.Y5.G36\nX10.Y20.T1\n"));
   EXPECT_THAT(text, HasSubstr("M49,NOCAMA\nX30.Y30.G36\nX1.Y1.\n"));
 }
@@ -125,9 +125,8 @@ TEST(OwnOrders, RefusesOffsetsOfCopiesThatAreWrittenOut) {
 
 /// A control stores the offset of its spindle, whatever panelcal knows of it.
 TEST(OwnOrders, SpindlesAreCorrectedByTheControl) {
-  const Translation same =
-      translate(sieb_meyer("X5.Y5.T1\nX5.Y5.G32\nG39,SPOP1\nG39,SPISPI\nX9.Y9.\n"),
-                Dialect::SiebMeyer);
+  const Translation same = translate(
+      sieb_meyer("X5.Y5.T1\nX5.Y5.G32\nG39,SPOP1\nG39,SPISPI\nX9.Y9.\n"), Dialect::SiebMeyer);
   EXPECT_THAT(same.errors, IsEmpty());
   EXPECT_THAT(same.losses, IsEmpty());
   EXPECT_THAT(same.text, HasSubstr("X5.Y5.T1\nX5.Y5.G32\nG39,SPOP1\nG39,SPISPI\nX9.Y9.\n"));
@@ -159,13 +158,13 @@ TEST(OwnOrders, AveragesAndRecordsArePassedOn) {
 /// deactivated" (10.1).
 TEST(OwnOrders, SurfacesAreProbedInEveryCopy) {
   const std::string offsets = "X0.Y0.M50\nX50.Y0.M50\nX90.Y40.M90M30\n";
-  const std::string text = same_orders(
-      sieb_meyer("M31\nG71K.4\nX5.Y5.T1G73L1\nX10.Y10.\nX20.Y10.T2T0\nX20.Y30.G1F1.\n"
-                        "X20.Y30.T0\nG70\n" +
-                        offsets +
-                        "X12.Y13.G82Z1.\nM31\nG71K.3\nL1\n"
-                        "X9.Y9.\nX7.Y7.G77\nG70\nX6.Y5.G76\n" +
-                        offsets));
+  const std::string text =
+      same_orders(sieb_meyer("M31\nG71K.4\nX5.Y5.T1G73L1\nX10.Y10.\nX20.Y10.T2T0\nX20.Y30.G1F1.\n"
+                             "X20.Y30.T0\nG70\n" +
+                             offsets +
+                             "X12.Y13.G82Z1.\nM31\nG71K.3\nL1\n"
+                             "X9.Y9.\nX7.Y7.G77\nG70\nX6.Y5.G76\n" +
+                             offsets));
   EXPECT_THAT(text, HasSubstr("M31\nG71K0.4\nX5.Y5.T1G73L1\nX10.Y10.\nX20.Y10.T2T0\n"));
   EXPECT_THAT(text, HasSubstr("X20.Y30.T0\nG70\nX0.Y0.M50\n"));
   EXPECT_THAT(text,
@@ -190,8 +189,8 @@ constexpr char kGrid[] =
 TEST(OwnOrders, TheControlMeasuresItsGrid) {
   const std::string text = same_orders(
       sieb_meyer(std::string(kGrid) +
-                        "X10.Y20.Z1.T2\nX50.Y20.G85\nX58.Y20.\nX30.Y30.T0\nX80.Y30.G1F1.\n"
-                        "X80.Y50.G6Z.8\nX80.Y50.T0\nM31\nX3.Y4.Z1.\nX20.Y0M50\nX40.Y0M50M30\n"));
+                 "X10.Y20.Z1.T2\nX50.Y20.G85\nX58.Y20.\nX30.Y30.T0\nX80.Y30.G1F1.\n"
+                 "X80.Y50.G6Z.8\nX80.Y50.T0\nM31\nX3.Y4.Z1.\nX20.Y0M50\nX40.Y0M50M30\n"));
   EXPECT_THAT(text,
               HasSubstr("M49,MAPT1.\nX10.Y5.T1G78\nM31\nX0.Y0.G79\nX0.Y0.M50\nX30.Y0.M50\n"
                         "X60.Y0.M50\nX90.Y0.M50M30\nM31\nX0.Y0.G79\nX0.Y30.M50\n"));
@@ -203,7 +202,7 @@ TEST(OwnOrders, TheControlMeasuresItsGrid) {
 TEST(OwnOrders, GridsAreProbedByDepthStrokes) {
   const std::string text =
       same_orders(sieb_meyer("M49,BOTR1.5\nX0Y0T1G83K.2G79\nX60.Y0G79\nX0Y60.G79\n"
-                                    "X60.Y60.G79\nX20.Y20.G82Z1.\nX30.Y20.\n"));
+                             "X60.Y60.G79\nX20.Y20.G82Z1.\nX30.Y20.\n"));
   EXPECT_THAT(text, HasSubstr("X0.Y0.T1G79G83K0.2\nX60.Y0.G79\n"));
   EXPECT_THAT(text, HasSubstr("X20.Y20.G82Z1.\nX30.Y20.\n"));
 }

@@ -211,8 +211,7 @@ RC_GTEST_PROP(RandomSets, SavedCorrectionsAreTheSameInExcellon, ()) {
   RC_CLASSIFY(runs.has_form, "translated");
   if (!runs.has_form) return;
   // Targets that G34 forgets are looked for in the source alone, at places that may come again.
-  const double worst_um =
-      distance_um(runs.before, runs.panel, runs.after, runs.panel_after, true);
+  const double worst_um = distance_um(runs.before, runs.panel, runs.after, runs.panel_after, true);
   RC_LOG(std::to_string(worst_um));
   RC_ASSERT(worst_um >= 0);
   RC_ASSERT(worst_um < kSameFit_um);

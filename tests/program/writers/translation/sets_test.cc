@@ -50,8 +50,8 @@ constexpr char kSavingSection[] =
 TEST(SetTranslation, SavedByNumberIsStoredInAPatternOfItsOwn) {
   const std::string text = same_fits(
       sieb_meyer(std::string(kPanel) + "G39,SAVE7\nX10.Y20.T1\nG34\n" + kPanelAgain +
-                        "G39,SAVE2\nX30.Y40.\nG39,LOAD7\nX50.Y60.\nG30\nX1.Y1.\nG39,LOAD2\nX5.Y9."
-                        "\nG39,CLEAR7\nG39,DELALL\nX9.Y9.\n"));
+                 "G39,SAVE2\nX30.Y40.\nG39,LOAD7\nX50.Y60.\nG30\nX1.Y1.\nG39,LOAD2\nX5.Y9."
+                 "\nG39,CLEAR7\nG39,DELALL\nX9.Y9.\n"));
   EXPECT_THAT(text,
               HasSubstr("M50,1\nM25\nG34,1\n$uvis,alg,0,3\nG36X0.0Y0.0\nG36X190.0Y0.0\n"
                         "G36X0.0Y190.0\nM01\nM08\nT1\nX10.0Y20.0\nG37\nM50,2\nM25\n"));
@@ -60,8 +60,8 @@ TEST(SetTranslation, SavedByNumberIsStoredInAPatternOfItsOwn) {
 
 TEST(SetTranslation, ALoadedCorrectionHoldsInSections) {
   same_fits(sieb_meyer(std::string(kPanel) +
-                              "G39,SAVE7\nG30\nX10.Y20.T1\nG39,LOAD7\nM31\nX3.Y4.\nX0.Y0.M50\n"
-                              "X50.Y0.M50M30\nX5.Y5.\n"));
+                       "G39,SAVE7\nG30\nX10.Y20.T1\nG39,LOAD7\nM31\nX3.Y4.\nX0.Y0.M50\n"
+                       "X50.Y0.M50M30\nX5.Y5.\n"));
 }
 
 TEST(SetTranslation, TheCorrectionOfACopyCountsOutsideOfItsSection) {
@@ -71,8 +71,8 @@ TEST(SetTranslation, TheCorrectionOfACopyCountsOutsideOfItsSection) {
                                    "X3.Y4.\nX0.Y0.M50\nX50.Y0.M50M30\n")));
   EXPECT_THAT(text, HasSubstr("M51,1\nM52,6\nX60.0Y20.0\nM52,6\nX70.0Y30.0\nM51,1\nM52,3\n"));
   // While M52 has left points, M08 of a pattern would wait for them; all have to be passed.
-  EXPECT_THAT(text,
-              HasSubstr("M52,3\nX10.0Y20.0\nX3.0Y4.0\nX53.0Y4.0\nM52,9\nG37\nM25\nX3.0Y4.0\nM01\n"));
+  EXPECT_THAT(
+      text, HasSubstr("M52,3\nX10.0Y20.0\nX3.0Y4.0\nX53.0Y4.0\nM52,9\nG37\nM25\nX3.0Y4.0\nM01\n"));
 }
 
 TEST(SetTranslation, BoardsMayBeLeftOut) {
@@ -91,10 +91,11 @@ TEST(SetTranslation, WorkAheadOfLoadIsUnderTheCorrectionBefore) {
 }
 
 TEST(SetTranslation, ASectionMayLoadTheCorrectionOfTheBoard) {
-  const std::string text = same_fits(sieb_meyer(
-      std::string(kPanel) + "G39,SAVE7\n" + kSavingSection +
-      "T1\nM31\nG39,LOAD7\nX3.Y4.\nG39,LOAD\nX10.Y20.\nX0.Y0.M50\nX50.Y0.M50M30\n"));
-  EXPECT_THAT(text, HasSubstr("M51,1\nM52,3\nX3.0Y4.0\nM51,2\nM52,3\nX10.0Y20.0\nM52,9\nM51,1\nM52,3\n"));
+  const std::string text = same_fits(
+      sieb_meyer(std::string(kPanel) + "G39,SAVE7\n" + kSavingSection +
+                 "T1\nM31\nG39,LOAD7\nX3.Y4.\nG39,LOAD\nX10.Y20.\nX0.Y0.M50\nX50.Y0.M50M30\n"));
+  EXPECT_THAT(text,
+              HasSubstr("M51,1\nM52,3\nX3.0Y4.0\nM51,2\nM52,3\nX10.0Y20.0\nM52,9\nM51,1\nM52,3\n"));
 }
 
 /// A copy's own offset (G36 under CAMA) is saved with its board's correction, and ends with it.
@@ -110,8 +111,8 @@ TEST(SetTranslation, ACopyKeepsItsOffsetToo) {
 TEST(SetTranslation, TargetsAreLookedForAtTheirNominalPlaces) {
   const std::string text =
       sieb_meyer(std::string(kPanel) +
-                        "G39,SAVE1000\nM31\nG39,LOAD1000\nX5.Y5.G32\nX45.Y5.G32\nX5.Y45.G32\n"
-                        "G31\nG39,SAVE\nX10.Y20.T1\nX0.Y0.M50\nX50.Y0.M50M30\n");
+                 "G39,SAVE1000\nM31\nG39,LOAD1000\nX5.Y5.G32\nX45.Y5.G32\nX5.Y45.G32\n"
+                 "G31\nG39,SAVE\nX10.Y20.T1\nX0.Y0.M50\nX50.Y0.M50M30\n");
   same_fits(text, 1);
   EXPECT_THAT(translate(text, Dialect::Excellon).losses,
               ElementsAre(Reports("p:8: warning[translation-loss]", "looking for targets")));
@@ -131,9 +132,9 @@ TEST(SetTranslation, NamesWhatExcellonCannotSay) {
   EXPECT_THAT(refused_of(sieb_meyer("M31\nG34\nX5.Y5.G32\nG31\nG39,SAVE\nX6.Y6.G32\nG31\nX1.Y1.T1"
                                     "\nX0.Y0.M50\nX50.Y0.M50M30\n")),
               ElementsAre(named("8", "G31")));
-  EXPECT_THAT(refused_of(sieb_meyer(std::string(kPanel) +
-                                           "X1.Y1.T1\nG39,SAVE1\nG34\nG39,LOAD1\nX2.Y2.\n")),
-              ElementsAre(Reports("p:9: error[translation-refused]", "saved behind other work")));
+  EXPECT_THAT(
+      refused_of(sieb_meyer(std::string(kPanel) + "X1.Y1.T1\nG39,SAVE1\nG34\nG39,LOAD1\nX2.Y2.\n")),
+      ElementsAre(Reports("p:9: error[translation-refused]", "saved behind other work")));
 }
 
 /// A slot shows one coordinate (mode 5), and Excellon measures one layer (2 and 3).
@@ -170,12 +171,12 @@ constexpr char kBoardTargets[] = "G46X5.Y5.\nG46X45.Y5.\nG46X5.Y45.\n";
 constexpr char kTwoCopies[] = "M01\nM02X50.\nM08\n";
 
 TEST(SetTranslation, AReplayWithoutM25LoadsByNumber) {
-  const std::string text =
-      same_holes(boards_in_excellon(kPanelTargets + std::string("T1\nM50,1\nM25\n") + kBoardTargets +
-                                 "M01\nR3M02X50.\nM08\nM51,1\nM52,3\nX10.Y20.\nM52\nM52\nM52,4\n"
-                                 "X110.Y20.\nG47\nX1.Y1.\nM52,3\nX160.Y9.\nM25\nX3.Y3.\n" +
-                                 kTwoCopies),
-                 kSameOnPanel_um);
+  const std::string text = same_holes(
+      boards_in_excellon(kPanelTargets + std::string("T1\nM50,1\nM25\n") + kBoardTargets +
+                         "M01\nR3M02X50.\nM08\nM51,1\nM52,3\nX10.Y20.\nM52\nM52\nM52,4\n"
+                         "X110.Y20.\nG47\nX1.Y1.\nM52,3\nX160.Y9.\nM25\nX3.Y3.\n" +
+                         kTwoCopies),
+      kSameOnPanel_um);
   EXPECT_THAT(text,
               HasSubstr("M49,NOCAMA\nG39,LOAD1\nX10.Y20.\nG39,LOAD3\nX110.Y20.\nG39,LOAD1000"
                         "\nX1.Y1.\nG39,LOAD4\nX160.Y9.\n"));
@@ -184,32 +185,32 @@ TEST(SetTranslation, AReplayWithoutM25LoadsByNumber) {
 TEST(SetTranslation, CopiesThatTakeToolsLoadByNumber) {
   const std::string text = same_holes(
       boards_in_excellon("T1\nM50,1\nM25\nG35X5.Y5.\nM01\nM02X50.\nM08\nM51,1\nM25\nM52\nX10.Y20.\n"
-                      "M01\nM02X50.T2\nM08\nX1.Y1.\n"),
+                         "M01\nM02X50.T2\nM08\nX1.Y1.\n"),
       kSameFit_um);
   EXPECT_THAT(text, HasSubstr("G39,LOAD1\nX10.Y20.\nG39,LOAD2\nX60.Y20.T2\n"));
 }
 
 TEST(SetTranslation, ANestedSeriesNeedsNoM50) {
   const std::string nested = "M25\nX8.Y8.\n" + std::string(kBoardTargets) + "X7.Y7.\n";
-  const std::string text = same_holes(
-      boards_in_excellon(kPanelTargets + ("T1\n" + nested) + kTwoCopies + "X60.Y20.\nG47\nX1.Y1.\n"));
+  const std::string text = same_holes(boards_in_excellon(kPanelTargets + ("T1\n" + nested) +
+                                                         kTwoCopies + "X60.Y20.\nG47\nX1.Y1.\n"));
   EXPECT_THAT(text,
               HasSubstr("G39,SAVE1000\nT1\nM31\nX8.Y8.\nM49,NOCAMA\nG39,LOAD1000\nX5.Y5.G32\n"));
   EXPECT_THAT(text, HasSubstr("M30\nX60.Y20.\nG39,LOAD1000\nX1.Y1.\n"));
   same_holes(boards_in_excellon(kPanelTargets + ("T1\n" + nested) + "G47\nX9.Y9.\n" + kTwoCopies +
-                             "X1.Y1.\n"),
+                                "X1.Y1.\n"),
              kSameOnPanel_um);
   same_holes(boards_in_excellon("T1\n" + nested + kTwoCopies + "G47\nX1.Y1.\n"));
   same_holes(boards_in_excellon(kPanelTargets + std::string("T1\nM25\nG47\n") + kBoardTargets +
-                             "X7.Y7.\n" + kTwoCopies + "M25\nG47\nX2.Y2.\n" + kBoardTargets +
-                             "X7.Y7.\n" + kTwoCopies));
+                                "X7.Y7.\n" + kTwoCopies + "M25\nG47\nX2.Y2.\n" + kBoardTargets +
+                                "X7.Y7.\n" + kTwoCopies));
 }
 
 TEST(SetTranslation, NestedSeriesReplaceEachOther) {
   const std::string second = "G46X55.Y5.\nG46X95.Y5.\nG46X55.Y45.\n";
   const std::string text = same_holes(
       boards_in_excellon(kPanelTargets + std::string("T1\n") + kBoardTargets + "X7.Y7.\n" + second +
-                      "X60.Y10.\nG47\nX1.Y1.\n" + kBoardTargets + "X20.Y30.\nG37\nX2.Y2.\n"));
+                         "X60.Y10.\nG47\nX1.Y1.\n" + kBoardTargets + "X20.Y30.\nG37\nX2.Y2.\n"));
   EXPECT_THAT(text, HasSubstr("G31\nM49,NOCAMA\nG39,SAVE1000\nX5.Y5.G32\n"));
   EXPECT_THAT(text, HasSubstr("X7.Y7.T1\nG39,LOAD1000\nX55.Y5.G32\n"));
   EXPECT_THAT(text, HasSubstr("X60.Y10.\nG39,LOAD1000\nX1.Y1.\nX5.Y5.G32\n"));
@@ -217,8 +218,8 @@ TEST(SetTranslation, NestedSeriesReplaceEachOther) {
 
 TEST(SetTranslation, ABaseSeriesAndANestedOneInEachCopy) {
   same_holes(boards_in_excellon("T1\nM25\nX8.Y8.\nG36X2.Y2.\nG36X48.Y2.\nG36X2.Y48.\nX9.Y9.\n" +
-                             std::string(kBoardTargets) + "X7.Y7.\nG47\nX20.Y20.\n" + kTwoCopies +
-                             "X1.Y1.\n"),
+                                std::string(kBoardTargets) + "X7.Y7.\nG47\nX20.Y20.\n" +
+                                kTwoCopies + "X1.Y1.\n"),
              kSameOnPanel_um);
 }
 
@@ -228,12 +229,12 @@ TEST(SetTranslation, ACopyStoresItsBoardAndItsOffset) {
   const std::string use = "M51,1\nM25\nM52,3\nM52\nX7.Y7.\nG47\n";
   const std::string text =
       same_fits(boards_in_excellon(stored + kTwoCopies + use + kTwoCopies +
-                                "X1.Y1.\nM51,1\nM52,4\nX3.Y3.\nM52,4\nX53.Y3.\nG37\nX2.Y2.\n"));
+                                   "X1.Y1.\nM51,1\nM52,4\nX3.Y3.\nM52,4\nX53.Y3.\nG37\nX2.Y2.\n"));
   EXPECT_THAT(text, HasSubstr("M31\nM49,CAMA\nG39,LOAD\nX7.Y7.\nX0.Y0.M50\n"));
   EXPECT_THAT(text, HasSubstr("G39,LOAD1\nX3.Y3.\nG39,LOAD2\nX53.Y3.\nG34\n"));
   const Translation part =
       translate(boards_in_excellon(stored + kTwoCopies +
-                                "M51,1\nM25\nM52,3\nX7.Y7.\nM52\nX8.Y8.\nG47\n" + kTwoCopies),
+                                   "M51,1\nM25\nM52,3\nX7.Y7.\nM52\nX8.Y8.\nG47\n" + kTwoCopies),
                 Dialect::SiebMeyer);
   EXPECT_THAT(part.errors,
               ElementsAre(Reports("p:21:1: error[not-supported]", "under a part of a copy's")));
@@ -242,16 +243,17 @@ TEST(SetTranslation, ACopyStoresItsBoardAndItsOffset) {
 TEST(SetTranslation, NamesNestedCorrectionsThatWouldGoElsewhere) {
   const std::string panel = kPanelTargets + std::string("T1\n");
   // Two targets give no stretch.
-  EXPECT_THAT(refused_of(boards_in_excellon(panel + "$uvis,alg,0,2\nG46X5.Y5.\nG46X45.Y5.\nX1.Y1.\n")),
-              ElementsAre(HasSubstr("a nested series of 2 targets")));
+  EXPECT_THAT(
+      refused_of(boards_in_excellon(panel + "$uvis,alg,0,2\nG46X5.Y5.\nG46X45.Y5.\nX1.Y1.\n")),
+      ElementsAre(HasSubstr("a nested series of 2 targets")));
   // In the second copy the first hole is under the correction of the first copy.
   const std::string offset = "M25\nX8.Y8.\nG45X5.Y5.\nX7.Y7.\n";
   EXPECT_THAT(refused_of(boards_in_excellon(panel + offset + kTwoCopies)),
               ElementsAre(HasSubstr("under the nested correction of the copy before")));
   same_holes(boards_in_excellon(panel + offset + "G47\n" + kTwoCopies + "X1.Y1.\n"), kSameFit_um);
   // In the first copy G47 has nothing to cancel.
-  EXPECT_THAT(refused_of(boards_in_excellon(panel + "M25\nG47\nX8.Y8.\n" + kBoardTargets + "X7.Y7.\n" +
-                                         kTwoCopies)),
+  EXPECT_THAT(refused_of(boards_in_excellon(panel + "M25\nG47\nX8.Y8.\n" + kBoardTargets +
+                                            "X7.Y7.\n" + kTwoCopies)),
               ElementsAre(HasSubstr("G47 ahead of the targets")));
 }
 
@@ -275,9 +277,9 @@ TEST(SetTranslation, RefusesAScaleFittedToTwoTargets) {
   const std::string two = "X5.Y5.G32\nX45.Y45.G32\nG31\nX1.Y1.T1\n";
   EXPECT_THAT(refused_of(sieb_meyer(two), scales),
               ElementsAre(Reports("p:4: error[translation-refused]", "a scale fitted to two")));
-  EXPECT_THAT(refused_of(boards_in_excellon("$uvis,alg,0,2\nT1\nG36X0.Y0.\nG36X190.Y0.\nX1.Y1.\n"),
-                         scales),
-              ElementsAre(HasSubstr("without the scale that the control fits")));
+  EXPECT_THAT(
+      refused_of(boards_in_excellon("$uvis,alg,0,2\nT1\nG36X0.Y0.\nG36X190.Y0.\nX1.Y1.\n"), scales),
+      ElementsAre(HasSubstr("without the scale that the control fits")));
   same_fits(sieb_meyer(two));
 }
 

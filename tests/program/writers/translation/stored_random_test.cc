@@ -201,7 +201,9 @@ RC_GTEST_PROP(StoredTranslation, DrillsTheSameHolesAtTheSamePlaces, ()) {
       RC_ASSERT(is_among(job.reasons(), refusal));
     }
   }
-  if (!translation.errors.empty() || translation.is_refused) return;
+  const bool has_form = translation.errors.empty() && !translation.is_refused;
+  RC_CLASSIFY(has_form, "translated");
+  if (!has_form) return;
   FunctionSource panel_after = small_boards();
   const WorkRun after = run_on(panel_after, translation.text);
   if (!after.errors.empty()) RC_LOG(after.errors.front());
