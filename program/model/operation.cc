@@ -29,6 +29,7 @@ struct NameOf {
   std::string_view operator()(const CancelCorrection&) const { return "cancel_correction"; }
   std::string_view operator()(const StoredCorrection&) const { return "stored_correction"; }
   std::string_view operator()(const VisionTool&) const { return "vision_tool"; }
+  std::string_view operator()(const OpticalOrder&) const { return "optical_order"; }
   std::string_view operator()(const SurfaceOrder&) const { return "surface"; }
 };
 

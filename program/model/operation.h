@@ -231,6 +231,11 @@ enum class SurfaceOrderKind : std::uint8_t {
   Take,         ///< L#: takes the reference from the memory
   ClearMemory,  ///< G72
   Record,       ///< G76: probes and records only
+  // Only where structure is kept; else strokes have what these lead to:
+  Switch,         ///< G71, G70: to the control that `cut` has
+  GridReference,  ///< G78
+  GridPoint,      ///< G79
+  Skip,           ///< G77: the grid does not move the planes of the places of this line
 };
 
 /// An order of surface detection that a SIEB & MEYER control executes by itself. Strokes have the
@@ -239,7 +244,8 @@ enum class SurfaceOrderKind : std::uint8_t {
 struct SurfaceOrder {
   SurfaceOrderKind kind = SurfaceOrderKind::Detect;
   std::optional<int> memory;         ///< L#
-  std::optional<PlacedPoint> place;  ///< of Detect and Record
+  std::optional<PlacedPoint> place;  ///< of Detect, Record, GridReference and GridPoint
+  DepthOfCut cut;                    ///< in force; of Switch, GridReference and GridPoint
 };
 
 /// Something the machine has to know or do that moves nothing, passed on as written.
@@ -272,6 +278,7 @@ enum class CorrectionLevel : std::uint8_t { Base, Nested };
 struct VisionSeries {
   CorrectionLevel level = CorrectionLevel::Base;
   std::span<const Position<frame::Nominal>> targets;
+  bool fits_otherwise = false;  ///< than with the model that the manuals state for its targets
 };
 
 /// A target that is measured and drilled at; only where structure is kept.
@@ -289,23 +296,47 @@ struct CancelCorrection {
 
 enum class StoredCorrectionKind : std::uint8_t {
   RecordNext,  ///< M50,#: the next pattern keeps the corrections of its copies
-  RewindNext,  ///< M51,#: the next pattern uses what was kept
-  Keep,        ///< in a pattern: each copy keeps the correction that was measured last
-  Use,         ///< in a pattern: each copy puts in force what the copy at its place has kept
+  RewindNext,  ///< M51,#: the next pattern, or what comes next, uses what was kept
+  NestNext,    ///< the next pattern measures a nested series of several targets in each copy
+  Keep,        ///< in a pattern each copy, else the program, keeps what was measured last
+  Use,         ///< puts in force what a copy has kept
 };
 
 /// Corrections that the copies of one pattern keep for those of later ones; only where structure is
-/// kept. The first two are said by Excellon alone.
+/// kept. The first three are said by Excellon alone.
 struct StoredCorrection {
   StoredCorrectionKind kind = StoredCorrectionKind::Keep;
   int label = 0;
   CorrectionLevel level = CorrectionLevel::Base;  ///< of Keep and Use
-  int n_targets = 0;                              ///< likewise: of the copy's series
+  int n_targets = 0;                              ///< likewise: of all series of the copy
+  /// Likewise: the nested correction is an offset, on top of the copy's own base correction if that
+  /// has targets as well.
+  bool is_offset = false;
+  /// Of Use: the copy that has kept it, from 1; 0: each copy of a pattern uses its own.
+  int copy = 0;
+  int n_passed = 0;  ///< of Use in Excellon: targets that the pointer passes on its way there
 };
 
 /// Chooses how the camera looks; only where structure is kept.
 struct VisionTool {
   int number = 0;
+};
+
+/// An order of optical measurement as a SIEB & MEYER program has it, for writers of that language;
+/// only where structure is kept. Others take VisionSeries, CancelCorrection and StoredCorrection,
+/// which come with the orders that they can say.
+/// Source SIEB & MEYER CNC 8x.00 Command Set, 9 Optical Measurement
+struct OpticalOrder {
+  std::string_view text;  ///< G31, G39,SAVE2; without coordinates; empty: the end of a section
+  std::optional<Position<frame::Nominal>> target;  ///< of G32, G33, and G36 under CAMA
+  /// The form that the program needs in another language, if that cannot say this one; valid for
+  /// ever.
+  std::string_view remedy;
+  /// The reason, if it is not the order itself; valid for ever.
+  std::string_view problem;
+  /// The section's copies are executed one by one, and the order changes a correction that ends
+  /// with the copy. Outside of sections nothing would end it.
+  bool ends_with_copy = false;
 };
 
 /// Origin of a place, for those who ask; valid only during the call that passes it.
@@ -351,6 +382,7 @@ struct Operation {
                CancelCorrection,
                StoredCorrection,
                VisionTool,
+               OpticalOrder,
                SurfaceOrder>
       what;
   std::string_view file;           ///< of a stored pattern (M99); empty: the program itself

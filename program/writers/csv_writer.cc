@@ -224,6 +224,7 @@ class Fields {
   void operator()(const CancelCorrection& cancel) { row_.word(kKind, word(cancel.level)); }
   void operator()(const StoredCorrection& stored) { row_.number(kValue, stored.label); }
   void operator()(const VisionTool& tool) { row_.number(kTool, tool.number); }
+  void operator()(const OpticalOrder&) {}
   void operator()(const SurfaceOrder&) {}
 
   /// Behind the file's column, which is the caller's.

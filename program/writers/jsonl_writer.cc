@@ -117,6 +117,7 @@ class Keys {
   void operator()(const CancelCorrection& cancel) { word("level", panelcal::word(cancel.level)); }
   void operator()(const StoredCorrection& stored) { number("label", stored.label); }
   void operator()(const VisionTool& tool) { number("tool", tool.number); }
+  void operator()(const OpticalOrder&) {}
   void operator()(const SurfaceOrder&) {}
 
   void depth_risk(const DepthRisk& risk) {

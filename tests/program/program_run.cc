@@ -131,11 +131,14 @@ struct TextOf {
     return cancel.level == CorrectionLevel::Base ? "cancel" : "cancel nested";
   }
   std::string operator()(const StoredCorrection& stored) const {
-    constexpr std::array kKinds = {"record", "rewind", "keep", "use"};
+    constexpr std::array kKinds = {"record", "rewind", "nest", "keep", "use"};
     return fmt::format("{} {}", kKinds.at(static_cast<std::size_t>(stored.kind)), stored.label);
   }
   std::string operator()(const VisionTool& tool) const {
     return fmt::format("vision tool {}", tool.number);
+  }
+  std::string operator()(const OpticalOrder& order) const {
+    return "order " + std::string(order.text);
   }
   std::string operator()(const SurfaceOrder&) const { return "surface"; }
 };

@@ -246,8 +246,9 @@ void Interpreter::keep_target(const TargetPlace& target) {
   }
   const std::vector<Position<frame::Nominal>> targets = vision_.take_target(target);
   if (targets.empty()) return;
-  emitter_.put(target.line, VisionSeries{level, targets});
-  const auto keep = vision_.keep_series(target, static_cast<int>(targets.size()));
+  const auto n_targets = static_cast<int>(targets.size());
+  emitter_.put(target.line, VisionSeries{level, targets, vision_.fits_otherwise(level, n_targets)});
+  const auto keep = vision_.keep_series(target, n_targets);
   if (keep) emitter_.put(target.line, *keep);
 }
 

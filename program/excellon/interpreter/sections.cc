@@ -175,6 +175,19 @@ bool begins_with_tool(const RepeatSection& section) {
   return false;
 }
 
+/// A line of the pattern measures a nested series (G46), or says so in a comment.
+bool may_nest(const RepeatSection& section) {
+  LineCursor cursor = section.pattern;
+  while (cursor.offset() < section.pattern_end) {
+    const std::string_view text = cursor.next().text;
+    const auto at = text.find("46");
+    if (at != std::string_view::npos && at > 0 && (text[at - 1] == 'G' || text[at - 1] == 'g')) {
+      return true;
+    }
+  }
+  return false;
+}
+
 bool can_keep(const RepeatSection& section) {
   if (section.changes_tools && !begins_with_tool(section)) return false;
   std::int64_t n_copies = 1;
@@ -216,10 +229,13 @@ bool Interpreter::run_kept(const RepeatSection& section, const Modal& start) {
     placements.push_back(frame_ * copy * back);
   }
   const std::vector<int> path = std::exchange(place_.path, {});
+  if (may_nest(section)) {
+    emitter_.put(section.line, StoredCorrection{StoredCorrectionKind::NestNext, 0, {}, 0});
+  }
   emitter_.put(section.line, PatternBegin{});
-  vision_.set_in_kept_pattern(true);
+  vision_.begin_kept_pattern();
   run_instance(section, start, frame_);
-  vision_.set_in_kept_pattern(false);
+  vision_.end_kept_pattern(placements.size());
   if (!has_ended()) emitter_.put(section.closing.line, PatternEnd{placements});
   place_.path = path;
   return true;

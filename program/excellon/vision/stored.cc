@@ -28,25 +28,32 @@ void VisionSession::rewind(const Block& block, int label) {
   measuring_.stop();
 }
 
+bool VisionSession::is_rewound(const Block& block) {
+  refuse_unfinished(block.line, block.text);
+  if (memory_.is_rewound()) return true;
+  reporter_.report(
+      Code::RewindMissing, block.line, block.column, quoted(block.text), "M51,# before it");
+  measuring_.stop();
+  return false;
+}
+
+void VisionSession::report_exhausted(const Block& block, int n_points, int n_left) {
+  reporter_.report(
+      Code::PointsExhausted,
+      block.line,
+      block.column,
+      fmt::format("{} asks for {} stored points, {} left", quoted(block.text), n_points, n_left),
+      "no more points than were measured under M50");
+  measuring_.stop();
+}
+
 std::optional<CorrectionMemory::Advance> VisionSession::pass_points(const Block& block,
                                                                     int n_points) {
-  refuse_unfinished(block.line, block.text);
-  if (!memory_.is_rewound()) {
-    reporter_.report(
-        Code::RewindMissing, block.line, block.column, quoted(block.text), "M51,# before it");
-    measuring_.stop();
-    return std::nullopt;
-  }
+  if (!is_rewound(block)) return std::nullopt;
   const int left = memory_.points_left();
   CorrectionMemory::Advance step = memory_.advance(n_points);
   if (step.beyond_end) {
-    reporter_.report(
-        Code::PointsExhausted,
-        block.line,
-        block.column,
-        fmt::format("{} asks for {} stored points, {} left", quoted(block.text), n_points, left),
-        "no more points than were measured under M50");
-    measuring_.stop();
+    report_exhausted(block, n_points, left);
     return std::nullopt;
   }
   advance_line_ = block.line;
@@ -100,20 +107,16 @@ std::optional<StoredCorrection> VisionSession::keep_stored(const Block& block,
                                                            Command command,
                                                            int number) {
   const bool is_advance = command == Command::AdvanceCorrections;
-  if (is_in_section_ != is_advance) {
+  if (is_in_section_ && !is_advance) {
     refuse_kept(block.line,
                 block.column,
-                quoted(block.text) + " stands " + (is_advance ? "outside of" : "in") + " a pattern",
-                is_advance ? "M51 before a pattern with the copies of M50, and M52 in it"
-                           : code_text(command) + " before M25");
-    return std::nullopt;
-  }
-  if (is_advance && !is_in_kept_pattern_) {
-    refuse_written_out(block.line, block.column, quoted(block.text));
+                quoted(block.text) + " stands in a pattern",
+                code_text(command) + " before M25");
     return std::nullopt;
   }
   if (command == Command::StoreCorrections) {
     kept_.erase(number);
+    kept_copies_.erase(number);
     recorded_label_ = number;
     awaits_pattern_ = true;
     store_under(block, number);
@@ -122,27 +125,68 @@ std::optional<StoredCorrection> VisionSession::keep_stored(const Block& block,
   if (command == Command::RewindCorrections) {
     rewind(block, number);
     rewound_label_ = number;
+    kept_pointer_ = n_used_ = 0;
+    is_used_in_part_ = false;
     return StoredCorrection{StoredCorrectionKind::RewindNext, number, {}, 0};
   }
+  if (!is_in_kept_pattern_) return keep_replay(block, number);
   const auto step = pass_points(block, number);
   const auto kept = kept_.find(rewound_label_);
-  if (!step || step->passed.empty() || kept == kept_.end()) return std::nullopt;
+  if (!step || kept == kept_.end()) return std::nullopt;
+  is_used_in_part_ = memory_.points_left() > 0;
+  if (is_used_in_part_) return std::nullopt;
   StoredCorrection use = kept->second;
   use.kind = StoredCorrectionKind::Use;
+  use.n_passed = use.n_targets;
   return use;
 }
 
+/// M52 where each place has its own line: the points of all copies follow each other.
+std::optional<StoredCorrection> VisionSession::keep_replay(const Block& block, int n_points) {
+  if (!is_rewound(block)) return std::nullopt;
+  const auto kept = kept_.find(rewound_label_);
+  if (kept == kept_.end()) return std::nullopt;
+  const int n_targets = kept->second.n_targets;
+  const int n_left = n_targets * kept_copies_[rewound_label_] - kept_pointer_;
+  if (n_points > n_left) {
+    report_exhausted(block, n_points, n_left);
+    return std::nullopt;
+  }
+  advance_line_ = block.line;
+  has_advanced_ = true;
+  kept_pointer_ += n_points;
+  // The memory has the points of one copy: they stand for the last one's.
+  if (n_points == n_left) memory_.advance(memory_.points_left());
+  is_used_in_part_ = kept_pointer_ % n_targets != 0;
+  if (is_used_in_part_) return std::nullopt;
+  StoredCorrection use = kept->second;
+  use.kind = StoredCorrectionKind::Use;
+  use.copy = kept_pointer_ / n_targets;
+  use.n_passed = kept_pointer_ - std::exchange(n_used_, kept_pointer_);
+  return use;
+}
+
+void VisionSession::end_kept_pattern(std::size_t n_copies) {
+  is_in_kept_pattern_ = false;
+  if (memory_.is_recording()) kept_copies_[recorded_label_] = static_cast<int>(n_copies);
+}
+
+/// A copy's offset (G45) goes into the same location as its own base correction.
 std::optional<StoredCorrection> VisionSession::keep_series(const TargetPlace& target,
                                                            int n_targets) {
   if (!memory_.is_recording()) return std::nullopt;
+  const CorrectionLevel level = level_of(target.command);
+  const bool is_offset = level == CorrectionLevel::Nested && n_targets == 1;
   const StoredCorrection keep{
-      StoredCorrectionKind::Keep, recorded_label_, level_of(target.command), n_targets};
+      StoredCorrectionKind::Keep, recorded_label_, level, n_targets, is_offset};
   const std::string command = quoted(code_text(target.command));
   if (is_in_section_ && !is_in_kept_pattern_) {
     refuse_written_out(target.line, 1, command);
     return std::nullopt;
   }
-  if (!is_in_section_ || !kept_.try_emplace(recorded_label_, keep).second) {
+  const auto [kept, is_first] = kept_.try_emplace(recorded_label_, keep);
+  const bool adds_offset = is_offset && kept->second.level == CorrectionLevel::Base;
+  if (!is_in_section_ || (!is_first && !adds_offset)) {
     refuse_kept(target.line,
                 1,
                 fmt::format("{} completes {} under M50,{}",
@@ -150,24 +194,28 @@ std::optional<StoredCorrection> VisionSession::keep_series(const TargetPlace& ta
                             is_in_section_ ? "a second series of one copy"
                                            : "a series outside of a pattern",
                             recorded_label_),
-                "one series in each copy of a pattern");
+                "one series in each copy of a pattern, and G45 behind it");
     return std::nullopt;
   }
-  if (keep.level == CorrectionLevel::Nested && n_targets > 1 && fits_otherwise(n_targets)) {
+  if (level == CorrectionLevel::Nested && fits_otherwise(level, n_targets)) {
     refuse_kept(target.line,
                 1,
                 command + " completes a nested series whose model is not the manual's",
                 "[vision] model = \"stretch\", scale = false");
     return std::nullopt;
   }
+  if (!is_first) {
+    kept->second.level = level;
+    kept->second.is_offset = true;
+    ++kept->second.n_targets;
+  }
   memory_.store({0, n_targets});
-  return keep;
+  return kept->second;
 }
 
-/// The one fit that stands for the board's and the copy's in another language has both only if they
-/// are of the models that the manuals state.
-bool VisionSession::fits_otherwise(int n_targets) const {
-  return options_.chooses_model || (n_targets == 2 && options_.sieb_meyer.fits_scale);
+bool VisionSession::fits_otherwise(CorrectionLevel level, int n_targets) const {
+  if (n_targets == 2 && options_.sieb_meyer.fits_scale) return true;
+  return level == CorrectionLevel::Nested && n_targets > 1 && options_.chooses_model;
 }
 
 // --- ends and refusals -------------------------------------------------------------------------
@@ -183,12 +231,21 @@ void VisionSession::end_section(int line) {
   rewind_line_ = 0;
 }
 
+/// Of all copies, also if structure is kept and the memory has the points of one.
+int VisionSession::n_points_left() const {
+  const auto copies = kept_copies_.find(rewound_label_);
+  const auto kept = kept_.find(rewound_label_);
+  if (copies == kept_copies_.end() || kept == kept_.end()) return memory_.points_left();
+  if (kept_pointer_ == 0) return memory_.points_left() * copies->second;
+  return kept->second.n_targets * copies->second - kept_pointer_;
+}
+
 bool VisionSession::refuse_points_left(int line, int column) {
   if (rewind_line_ == 0 || memory_.points_left() == 0 || measuring_.must_stop()) return false;
   reporter_.report(Code::PointsLeft,
                    line,
                    column,
-                   fmt::format("{} of the M51 in line {}", memory_.points_left(), rewind_line_),
+                   fmt::format("{} of the M51 in line {}", n_points_left(), rewind_line_),
                    "as many points advanced by M52 as were measured under M50");
   measuring_.stop();
   return true;

@@ -156,6 +156,7 @@ void VisionSession::complete(const TargetPlace& target) {
 void VisionSession::cancel_base(int line) {
   refuse_unfinished(line, "G37");
   end_replay_outside();
+  is_used_in_part_ = false;
   measuring_.corrections().clear_base();
 }
 
@@ -171,6 +172,13 @@ void VisionSession::end_instance(int line) {
 
 bool VisionSession::is_allowed(int line) {
   if (refuse_unfinished(line, "a coordinate")) return false;
+  if (is_used_in_part_) {
+    refuse_kept(line,
+                1,
+                "a coordinate stands under a part of a copy's stored corrections",
+                "M52 up to the last target of the copy");
+    return false;
+  }
   return !refuse_inside_stored(line) && !refuse_without_advance(line);
 }
 

@@ -69,15 +69,22 @@ class VisionSession {
   /// measured; null in the program itself, which places each board by its own coordinates.
   void advance(const Block& block, int n_points, const Placement* placement);
   /// If structure is kept: the pattern that runs is passed on as one.
-  void set_in_kept_pattern(bool is_in) {
-    is_in_kept_pattern_ = is_in;
+  void begin_kept_pattern() {
+    is_in_kept_pattern_ = true;
     awaits_pattern_ = false;
   }
+  void end_kept_pattern(std::size_t n_copies);
   /// M50, M51 and M52 if structure is kept; what the other control is to do, if anything.
   std::optional<StoredCorrection> keep_stored(const Block& block, Command command, int number);
   /// Behind a series that is complete, if structure is kept: whether it is to be stored.
   std::optional<StoredCorrection> keep_series(const TargetPlace& target, int n_targets);
+  /// The other control would fit another model: to two targets a scale as well, or, to a nested
+  /// series, one fit for the board's and the copy's, which has both only if they are of the models
+  /// that the manuals state.
+  bool fits_otherwise(CorrectionLevel level, int n_targets) const;
   void begin_instance() {
+    // A replay outside of sections that has used all points is over where a section begins.
+    if (!is_in_section_ && has_advanced_ && memory_.points_left() == 0) rewind_line_ = 0;
     is_in_section_ = true;
     has_advanced_ = false;
   }
@@ -120,9 +127,12 @@ class VisionSession {
   bool refuse_inside_stored(int line);
   bool refuse_without_advance(int line);
   std::optional<CorrectionMemory::Advance> pass_points(const Block& block, int n_points);
+  std::optional<StoredCorrection> keep_replay(const Block& block, int n_points);
+  bool is_rewound(const Block& block);
+  void report_exhausted(const Block& block, int n_points, int n_left);
   void refuse_kept(int line, int column, std::string what, std::string expected);
   void refuse_written_out(int line, int column, const std::string& text);
-  bool fits_otherwise(int n_targets) const;
+  int n_points_left() const;
   bool refuse_points_left(int line, int column);
   bool refuse_replayed_in_part(int line, int column);
   void end_replay_outside();
@@ -159,8 +169,12 @@ class VisionSession {
   int recorded_label_ = 0;                ///< of the last M50; structure kept
   int rewound_label_ = 0;                 ///< of the last M51; structure kept
   std::map<int, StoredCorrection> kept_;  ///< by label: of every copy; structure kept
-  int rewind_line_ = 0;        ///< of the M51 that is replayed, here or in this section; 0: none
-  bool has_advanced_ = false;  ///< an M52 came in this instance, or outside of sections
+  std::map<int, int> kept_copies_;        ///< by label; structure kept
+  int kept_pointer_ = 0;          ///< points passed since M51, of all copies; structure kept
+  int n_used_ = 0;                ///< of them, up to the last correction that was passed on
+  bool is_used_in_part_ = false;  ///< the last copy's corrections
+  int rewind_line_ = 0;           ///< of the M51 that is replayed, here or in this section; 0: none
+  bool has_advanced_ = false;     ///< an M52 came in this instance, or outside of sections
 };
 
 }  // namespace panelcal::excellon

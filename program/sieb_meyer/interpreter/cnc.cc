@@ -408,7 +408,7 @@ void Interpreter::note_scaling(int line) {
 
 /// False and an error if a stroke's depth is below a surface that is not named, or below its limit.
 bool Interpreter::is_decided(int line) {
-  if (uses_surface() && surface_.reference().empty()) {
+  if (uses_surface() && surface_.reference().empty() && !keeps_structure()) {
     if (!std::exchange(reported_surface_, true)) {
       reporter_.report(Code::SurfaceMissing,
                        line,

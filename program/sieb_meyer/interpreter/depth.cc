@@ -65,7 +65,6 @@ void Interpreter::set_depths(const Block& block, const Order& order) {
     doubts_control_ = !order.depth_control && !*order.slm && surface_.is_on() && depth_control_;
   }
   if (order.slm) {
-    if (keeps_structure()) return refuse_kept(block);
     *order.slm ? surface_.switch_on() : surface_.switch_off();
     leaves_surface_on_ = *order.slm;
   }
@@ -73,7 +72,11 @@ void Interpreter::set_depths(const Block& block, const Order& order) {
   const bool changes = order.z_mm || order.k_mm || order.h_mm || order.depth_control || order.slm ||
                        order.skips_surface;
   if (!changes) return;
+  if (order.skips_surface && has_kept_grid_) skip_kept_grid(block, order);
   update_cut();
+  if (order.slm && keeps_structure()) {
+    emitter_.put(block.line, SurfaceOrder{SurfaceOrderKind::Switch, {}, {}, base_cut_});
+  }
   if (peck_.is_on) check_peck(block.line);
 }
 
@@ -303,7 +306,7 @@ void Interpreter::take_surface(const Block& block, const Order& order) {
     return report(Code::ContourUnclosed, block, quoted(block.text), "a T0 line before it");
   }
   takes_surface_late_ = contour_ == Contour::Positioned;
-  surface_.take_reference(block.line, *order.memory);
+  if (!keeps_structure()) surface_.take_reference(block.line, *order.memory);
   if (surface_.must_stop()) return;
   emitter_.surface_order(block.line, SurfaceOrderKind::Take, order.memory, std::nullopt);
   update_cut();
@@ -319,10 +322,6 @@ bool Interpreter::may_take_surface_order(const Block& block, const Order& order,
   }
   if (pattern_) {
     return refuse(Code::CycleUnfinished, panelcal::quoted(pattern_->text), "its second point");
-  }
-  if (keeps_structure()) {
-    refuse_kept(block);
-    return false;
   }
   if (!probes && (order.has_xy() || order.is_tool_up || order.is_dummy_tool)) {
     return refuse(Code::BlockNotAlone,
@@ -359,6 +358,7 @@ void Interpreter::surface_order(const Block& block, const Order& order) {
   }
   if (has_place && !emitter_.count_target(block.line)) return;
   if (has_place) note_scaling(block.line);
+  if (keeps_structure()) return keep_surface_order(block, order, has_place);
   const auto pass = [&](SurfaceOrderKind kind) {
     if (surface_.must_stop()) return;
     const std::optional<Eigen::Vector2d> at_mm =

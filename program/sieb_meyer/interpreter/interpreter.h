@@ -121,6 +121,40 @@ class Interpreter {
     double half_mm = 0;
   };
 
+  /// Offsets of patterns (CAMA).
+  struct KeptOffsets {
+    bool has_own = false;            ///< ends with the copy
+    bool has_outer = false;          ///< that may have been in force before the copy began
+    int n_targets = 0;               ///< of G36 in this copy: they count together, until G34
+    bool has_outer_targets = false;  ///< count again behind the copy
+  };
+  /// A section that is passed on as such.
+  struct KeptSection {
+    int n_copies = 0;
+    std::size_t n_waiting = 0;              ///< targets from ahead of it
+    bool has_series = false;                ///< by G31, in each copy
+    int n_targets = 0;                      ///< that each copy measures, by G32 and G36
+    std::optional<StoredCorrection> saved;  ///< by each copy
+    bool has_loaded = false;                ///< each copy has loaded its own
+    bool has_late_series = false;           ///< G31 behind G36
+  };
+  /// For translation: corrections as other languages know them.
+  struct KeptState {
+    std::vector<Position<frame::Nominal>> targets;  ///< that G31 will fit
+    KeptOffsets offsets;
+    bool may_load_offset = false;  ///< a set was saved under one
+    int n_of_last = 0;             ///< targets of the last correction, if it was calculated
+    std::optional<std::int64_t> turned_off_in;  ///< the block of the last G30
+    std::optional<KeptSection> section;         ///< that is passed on
+    int n_labels = 0;
+    std::map<int, StoredCorrection> sets;  ///< by storage location, with the copy that saved them
+  };
+  /// G39 as another language says it.
+  struct KeptOrder {
+    std::string_view remedy;  ///< the form that it needs instead, if it cannot; valid for ever
+    std::optional<StoredCorrection> stored;
+  };
+
   /// A subprogram that is being executed, or the program itself.
   struct Text {
     std::string_view bytes;
@@ -169,10 +203,6 @@ class Interpreter {
   void run_body(int i_section);
   void run_copies(int i_section);
   void run_copy(int i_section, const Modal& start);
-  void run_kept(int i_section);
-  bool is_kept(const Section& section) const;
-  bool has_offsets_inside(const Section& section) const;
-  bool begins_alike(const Section& section) const;
   void after_section(const Section& section);
   const Layout* called_layout(std::string_view name, bool deletes_blocks);
   bool may_call(const Block& block, const std::string& name);
@@ -266,13 +296,36 @@ class Interpreter {
 
   // optical.cc
   void optical_order(const Block& block, const Order& order);
-  void keep_optical_order(const Block& block, Command command);
-  void keep_set(const Block& block);
-  void begin_kept_copy(std::size_t n_copies);
-  bool end_kept_sets(const Section& section, const std::vector<Placement>& copies);
-  void refuse_kept(const Block& block, std::string_view why = {});
   void camera_text(const Block& block, Command command);
   TargetPlace target_place(const Block& block, Command command);
+
+  // kept.cc
+  void run_kept(int i_section);
+  bool is_kept(const Section& section) const;
+  bool has_offsets_inside(const Section& section) const;
+  bool organizes(const Section& section) const;
+  bool is_repeated() const;
+  bool begins_alike(const Section& section) const;
+  void pass_order(int line, OpticalOrder order);
+  bool has_executed_copy() const;
+  void end_kept_section(const Section& section);
+  KeptOffsets begin_kept_copy();
+  void end_kept_copy(int line, const KeptOffsets& outer);
+  void keep_optical_order(const Block& block, Command command);
+  void keep_target(const Block& block, Command command, const Position<frame::Nominal>& nominal);
+  void keep_pattern_target(const Block& block, const Position<frame::Nominal>& nominal);
+  void keep_series(const Block& block);
+  void keep_end(const Block& block, Command command);
+  void keep_set(const Block& block);
+  KeptOrder save_of_copies(const std::optional<int>& location);
+  KeptOrder save_at(const std::optional<int>& location);
+  KeptOrder load_kept(const std::optional<int>& location);
+  KeptOrder load_of_copies();
+  KeptOrder load_from(const std::optional<int>& location);
+  void clear_sets(const std::optional<int>& location);
+  void keep_surface_order(const Block& block, const Order& order, bool has_place);
+  void skip_kept_grid(const Block& block, const Order& order);
+  void refuse_kept(const Block& block);
 
   void report(Code code, const Block& block, std::string what, std::string expected);
   /// The cutter is down, or will be for a piece that waits for the next one.
@@ -331,26 +384,9 @@ class Interpreter {
   bool reported_limit_ = false;
   std::vector<std::pair<FunctionKind, std::string_view>> waiting_events_;  ///< for the next piece
   std::int64_t n_blocks_ = 0;
-  double step_mm_ = 0;                                  ///< rounding of the arc in hand
-  std::vector<Position<frame::Nominal>> kept_targets_;  ///< that G31 will fit; structure kept
-  /// Of the copies of a section, by G39,SAVE without a number; structure kept.
-  struct KeptSets {
-    int label = 0;  ///< counts the sections that save; 0: none has
-    int n_targets = 0;
-    std::vector<Placement> copies;
-  };
-  KeptSets kept_sets_;
-  bool is_in_kept_section_ = false;
-  std::size_t n_kept_copies_ = 0;            ///< of the section that is passed on; 0: none is
-  std::size_t n_waiting_ahead_ = 0;          ///< of kept_targets_, when it began
-  std::optional<std::int64_t> kept_off_in_;  ///< block of the last G30
-  int n_kept_series_ = 0;                    ///< in this copy
-  int n_kept_targets_ = 0;                   ///< of the last
-  bool has_saved_ = false;                   ///< this section
-  bool has_loaded_ = false;
-  /// The pattern's own (CAMA), which ends with its copy, or one that was in force before it.
-  enum class KeptOffset : std::uint8_t { None, Own, Outer };
-  KeptOffset kept_offset_ = KeptOffset::None;  ///< structure kept
+  double step_mm_ = 0;  ///< rounding of the arc in hand
+  KeptState kept_;
+  bool has_kept_grid_ = false;  ///< G78, G79; structure kept
 
   // Depths
   std::optional<double> z_mm_;

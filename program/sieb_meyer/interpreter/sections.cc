@@ -148,8 +148,7 @@ void Interpreter::run_copy(int i_section, const Modal& start) {
   const Scaling scaling_before = scaling_;
   scaling_.takes_over.reset();
   optical_.begin_copy();
-  const KeptOffset outer_offset = kept_offset_;
-  if (outer_offset == KeptOffset::Own) kept_offset_ = KeptOffset::Outer;
+  const KeptOffsets outer_offsets = begin_kept_copy();
   run_body(i_section);
   if (has_ended()) return;
   const int line = cursor_.line_number();
@@ -186,9 +185,7 @@ void Interpreter::run_copy(int i_section, const Modal& start) {
   leaves_surface_on_ = left_on;
   end_scaled_copy(line, scaling_before);
   optical_.end_copy(line);
-  if (std::exchange(kept_offset_, outer_offset) == KeptOffset::Own) {
-    emitter_.put(line, CancelCorrection{CorrectionLevel::Nested});
-  }
+  end_kept_copy(line, outer_offsets);
 }
 
 /// The manual switches to absolute coordinates at an offset line, and takes program zero for the
@@ -222,96 +219,6 @@ void Interpreter::after_section(const Section& section) {
   }
   block.n_words = n;
   if (n > 0) run_block(block);
-}
-
-// --- kept for translation ----------------------------------------------------------------------
-
-bool Interpreter::has_offsets_inside(const Section& section) const {
-  return std::ranges::any_of(section.children, [this](int i) {
-    const Section& child = text_.sections->sections[static_cast<std::size_t>(i)];
-    return child.is_offset() || has_offsets_inside(child);
-  });
-}
-
-namespace {
-
-/// What a line states that the next copy of its section begins with: bits of a tool, of Z, K and H,
-/// and of G82 and G83; and whether the line works.
-struct CarriedOn {
-  std::uint32_t stated = 0;
-  bool works = false;
-
-  explicit CarriedOn(const Block& block) {
-    bool moves = false;
-    bool measures = false;  // which needs neither tool nor depth
-    for (const Word& word : block.all()) {
-      const auto command = word.letter == 'G' ? command_of(word) : std::nullopt;
-      measures |= command && is_camera(*command);
-      moves |= word.letter == 'X' || word.letter == 'Y';
-      if (word.letter == 'T' && parse_count(word.number).value_or(0) > 0) stated |= 1U;
-      if (word.letter == 'Z') stated |= 2U;
-      if (word.letter == 'K') stated |= 4U;
-      if (word.letter == 'H') stated |= 8U;
-      if (command == Command::DepthControlOn || command == Command::DepthControlOff) stated |= 16U;
-    }
-    works = moves && !measures;
-  }
-};
-
-}  // namespace
-
-/// A section that works before it takes a tool or states a depth, and does that later, begins its
-/// second copy with another tool or depth than the first.
-bool Interpreter::begins_alike(const Section& section) const {
-  std::uint32_t known = 0;
-  bool has_worked = false;
-  LineCursor cursor(text_.bytes, section.begin);
-  while (cursor.offset() < section.body_end) {
-    const SourceLine line = cursor.next();
-    if (has_worked && line.text.find_first_of("TZKHG") == std::string_view::npos) continue;
-    Block block;
-    if (lex(line, block)) continue;
-    const CarriedOn here(block);
-    if (has_worked && (here.stated & ~known) != 0) return false;
-    known |= here.stated;
-    has_worked |= here.works;
-  }
-  return true;
-}
-
-/// The innermost patterns are passed on as such; what repeats them is executed.
-bool Interpreter::is_kept(const Section& section) const {
-  constexpr std::int64_t kMostCopies = 10'000;
-  return keeps_structure() && section.n_copies() <= kMostCopies && !has_offsets_inside(section) &&
-         !section.has.calls && !section.has.own_copies &&
-         !(section.has.feeds && section.has.old_feed) && begins_alike(section) && calls_.empty() &&
-         areas_.empty() && !scaling_.is_set() && rotation_rad_ == 0;
-}
-
-void Interpreter::run_kept(int i_section) {
-  const Section& section = text_.sections->sections[static_cast<std::size_t>(i_section)];
-  const Modal start = modal_;
-  const Placement outer = placement_;
-  const auto programmed_from_passed = frame_.inverse();
-  std::vector<Placement> copies;
-  for (const CopyRow& row : section.rows) {
-    for (std::int64_t i = 0; i < row.count; ++i) {
-      const Eigen::Vector2d offset_mm = row.offset_mm(i);
-      const Placement copy =
-          outer * Transform<frame::Programmed, frame::Programmed>(row.orientation, offset_mm);
-      const auto whole = copy * programmed_from_passed;
-      copies.emplace_back(whole.linear(), whole.translation());
-    }
-  }
-  place(frame_);
-  emitter_.put(section.begin.number, PatternBegin{});
-  repeats_tool_ = true;
-  begin_kept_copy(copies.size());
-  run_copy(i_section, start);
-  repeats_tool_ = is_in_kept_section_ = false;
-  if (has_ended() || !end_kept_sets(section, copies)) return;
-  emitter_.put(section.closing.number, PatternEnd{copies});
-  place(outer);
 }
 
 // --- placement ---------------------------------------------------------------------------------

@@ -341,9 +341,10 @@ void Emitter::slot(int line,
 void Emitter::surface_order(int line,
                             SurfaceOrderKind kind,
                             std::optional<int> memory,
-                            const std::optional<Eigen::Vector2d>& at_mm) {
+                            const std::optional<Eigen::Vector2d>& at_mm,
+                            const DepthOfCut& cut) {
   if (!passes(line)) return;
-  SurfaceOrder order{kind, memory, std::nullopt};
+  SurfaceOrder order{kind, memory, std::nullopt, cut};
   if (at_mm) order.place = placed(line, *at_mm, Scaling::Never);
   send(line, order);
 }

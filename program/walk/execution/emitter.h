@@ -135,7 +135,8 @@ class Emitter {
   void surface_order(int line,
                      SurfaceOrderKind kind,
                      std::optional<int> memory,
-                     const std::optional<Eigen::Vector2d>& at_mm);
+                     const std::optional<Eigen::Vector2d>& at_mm,
+                     const DepthOfCut& cut = {});
   void move(int line, const Eigen::Vector2d& to_mm);
   void rout(int line, const Eigen::Vector2d& to_mm, std::optional<Feed> feed);
   void rout(int line, const Arc& arc, std::optional<Feed> feed) { rout(line, arc, feed, cut_); }

@@ -2,6 +2,7 @@
 // A SIEB & MEYER program's own orders in Excellon.
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "program/writers/excellon/writer.h"
 #include <fmt/format.h>
@@ -32,6 +33,31 @@ void ExcellonWriter::refuse_cut(const DepthOfCut& cut) {
   } else if (cut.z) {
     refuse(fmt::format("the working plane Z{:g}", cut.z->in_mm()),
            "depth offsets of tools (Z in the $ table)");
+  }
+}
+
+/// What this language says is in other operations as well.
+void ExcellonWriter::write(const OpticalOrder& order) {
+  if (!is_foreign() || order.remedy.empty()) return;
+  refuse(order.problem.empty() ? quoted(order.text) : std::string(order.problem),
+         std::string(order.remedy));
+}
+
+/// Where structure is not kept, strokes have what the orders lead to. Strokes below a probed
+/// surface are refused, but the planes of others go on without the grid that moves them.
+void ExcellonWriter::write(const SurfaceOrder& order) {
+  if (!options().keeps_vision) return;
+  switch (order.kind) {
+    case SurfaceOrderKind::Switch:
+    case SurfaceOrderKind::Skip:
+      return;
+    case SurfaceOrderKind::GridReference:
+    case SurfaceOrderKind::GridPoint:
+      if (std::exchange(has_grid_, true)) return;
+      return refuse("a measured grid that moves the working plane (G78, G79)",
+                    "`panelcal run`, or a board without it");
+    default:
+      return lose_once("probing of the surface (G72 to G76, L#)");
   }
 }
 

@@ -62,6 +62,12 @@ struct Carrier {
     calibration.actual = position_mm<frame::Machine>(work_zero_mm + calibration.commanded.in_mm());
   }
   void operator()(TargetHole& hole) const { hole.nominal = map(hole.nominal); }
+  void operator()(OpticalOrder& order) const {
+    if (order.target) order.target = map(*order.target);
+  }
+  void operator()(SurfaceOrder& order) const {
+    if (order.place) move(*order.place);
+  }
   void operator()(VisionSeries& series) const {
     targets.assign(series.targets.begin(), series.targets.end());
     for (auto& target : targets) target = map(target);
@@ -93,6 +99,7 @@ void StoredOperations::add(const Operation& operation) {
   if (auto* message = std::get_if<Message>(&stored.operation.what)) keep(message->text);
   if (auto* setting = std::get_if<Setting>(&stored.operation.what)) keep(setting->text);
   if (auto* function = std::get_if<Function>(&stored.operation.what)) keep(function->text);
+  if (auto* order = std::get_if<OpticalOrder>(&stored.operation.what)) keep(order->text);
   if (auto* series = std::get_if<VisionSeries>(&stored.operation.what)) {
     stored.targets.assign(series->targets.begin(), series->targets.end());
     series->targets = stored.targets;

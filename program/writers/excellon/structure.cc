@@ -13,13 +13,6 @@ namespace {
 
 constexpr std::int64_t kMostRepeats = 9999;  // R#
 
-bool is_work(const Operation& operation) {
-  const auto& what = operation.what;
-  return std::holds_alternative<Drill>(what) || std::holds_alternative<Slot>(what) ||
-         std::holds_alternative<StepSlot>(what) || std::holds_alternative<Rout>(what) ||
-         std::holds_alternative<RapidMove>(what) || std::holds_alternative<TargetHole>(what);
-}
-
 double scale_of(int n_decimals) {
   return std::pow(10.0, n_decimals);
 }
@@ -45,7 +38,12 @@ void ExcellonWriter::put_stored(std::size_t begin, std::size_t end, const WorkMa
   std::vector<Placement> moved;
   for (std::size_t i = begin; i < end; ++i) {
     if (!std::holds_alternative<PatternBegin>(stored_[i].what)) {
-      put_now(carried(stored_[i], map, targets, moved));
+      note_place(stored_[i]);
+      if (is_superseded(i, end)) {
+        lose_looking();
+      } else {
+        put_now(carried(stored_[i], map, targets, moved));
+      }
       continue;
     }
     const std::size_t inner = i + 1;
@@ -68,53 +66,45 @@ void ExcellonWriter::put_stored(std::size_t begin, std::size_t end, const WorkMa
 void ExcellonWriter::put_pattern(std::size_t begin,
                                  std::size_t end,
                                  const std::vector<WorkMap>& copies) {
+  const PatternSets sets = sets_of(begin, end);
   // A control stores and uses corrections in a pattern, be it one of a single copy.
-  const StoredCorrection* const stored = stored_correction(begin, end);
-  bool can_repeat = copies.size() > 1 || stored != nullptr;
+  bool can_repeat = copies.size() > 1 || sets.keep != nullptr || sets.use != nullptr;
   for (std::size_t i = begin; i < end && can_repeat; ++i) {
     can_repeat = !std::holds_alternative<PatternBegin>(stored_[i].what) &&
                  !std::holds_alternative<ZeroSet>(stored_[i].what);
   }
   for (const WorkMap& copy : copies) can_repeat &= copy_run(copy.linear()).has_value();
-  if (stored != nullptr && !can_repeat) {
-    return refuse("corrections of the copies of such a pattern (G39,SAVE, G39,LOAD)",
-                  "a pattern with offsets by M50 to M90 alone, and no pattern in it");
-  }
-  if (stored != nullptr) {
-    const bool uses = stored->kind == StoredCorrectionKind::Use;
-    if (uses && works_before_use(begin)) {
-      return refuse("work ahead of G39,LOAD in its section", "G39,LOAD at the section's begin");
+  can_repeat = can_repeat && may_repeat_sets(sets, begin, end, copies.size());
+  if (sets.keep != nullptr) {
+    if (!can_repeat) {
+      return refuse("corrections that the copies of such a pattern save (G39,SAVE)",
+                    "a pattern with offsets by M50 to M90 alone, no pattern in it, and G30 ahead "
+                    "of it where a correction was loaded");
     }
-    const auto next = uses ? StoredCorrectionKind::RewindNext : StoredCorrectionKind::RecordNext;
-    put_now({.what = StoredCorrection{next, stored->label, {}, 0}});
+    end_replay();
+    n_kept_copies_[sets.keep->label] = static_cast<int>(copies.size());
+    put_now({.what = StoredCorrection{StoredCorrectionKind::RecordNext, sets.keep->label, {}, 0}});
   }
   if (!can_repeat) {
-    for (const WorkMap& copy : copies) put_stored(begin, end, copy);
+    for (const WorkMap& copy : copies) {
+      ++executed_copy_;
+      put_stored(begin, end, copy);
+    }
+    executed_copy_ = 0;
     return;
   }
+  if (sets.use != nullptr) {
+    end_replay();
+    put_now({.what = StoredCorrection{StoredCorrectionKind::RewindNext, sets.use->label, {}, 0}});
+  }
+  // The second copy looks under what the first has left.
+  has_base_ |= copies.size() > 1 && leaves_base(begin, end);
   put_now({.what = PatternBegin()});
   put_stored(begin, end, copies.front());
   const WorkMap back = copies.front().inverse();
   std::vector<WorkMap> others;
   for (std::size_t i = 1; i < copies.size(); ++i) others.push_back(copies[i] * back);
   close_pattern(others);
-}
-
-/// The first order in a pattern to keep or use its copies' corrections; null: none.
-const StoredCorrection* ExcellonWriter::stored_correction(std::size_t begin,
-                                                          std::size_t end) const {
-  for (std::size_t i = begin; i < end; ++i) {
-    if (const auto* stored = std::get_if<StoredCorrection>(&stored_[i].what)) return stored;
-  }
-  return nullptr;
-}
-
-/// A pattern that uses corrections, from `begin` on, works ahead of that.
-bool ExcellonWriter::works_before_use(std::size_t begin) const {
-  for (std::size_t i = begin; !std::holds_alternative<StoredCorrection>(stored_[i].what); ++i) {
-    if (is_work(stored_[i])) return true;
-  }
-  return false;
 }
 
 void ExcellonWriter::write(const PatternBegin&) {
@@ -193,7 +183,10 @@ void ExcellonWriter::write(const VisionSeries& series) {
   if (is_foreign() && is_nested && (n > 1 || has_nested_)) {
     return refuse("one offset of a pattern from several targets (CAMA)", "one G36 in each copy");
   }
-  if (is_foreign()) has_nested_ = is_nested;
+  if (is_foreign()) {
+    has_nested_ = is_nested;
+    if (!is_nested) note_base_series();
+  }
   say_vision_tool();
   if (n > 1 && series_size_ != n) {
     line(fmt::format("$uvis,alg,{},{}", algorithm_, n));
@@ -217,6 +210,10 @@ void ExcellonWriter::write(const TargetHole& hole) {
 
 void ExcellonWriter::write(const CancelCorrection& cancel) {
   has_nested_ = false;
+  if (cancel.level == CorrectionLevel::Base) {
+    has_base_ = false;
+    end_replay();
+  }
   line(cancel.level == CorrectionLevel::Nested ? "G47" : "G37");
 }
 
@@ -228,10 +225,12 @@ void ExcellonWriter::write(const StoredCorrection& stored) {
       return line(fmt::format("M50,{}", stored.label));
     case StoredCorrectionKind::RewindNext:
       return line(fmt::format("M51,{}", stored.label));
+    case StoredCorrectionKind::NestNext:
     case StoredCorrectionKind::Keep:
       return;
     case StoredCorrectionKind::Use:
-      return line(fmt::format("M52,{}", stored.n_targets));
+      if (is_foreign()) return use_stored(stored);
+      return line(fmt::format("M52,{}", stored.n_passed));
   }
 }
 

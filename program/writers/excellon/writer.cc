@@ -95,9 +95,10 @@ void ExcellonWriter::put(const Operation& operation) {
   note_place(operation);
   if (is_foreign() &&
       (n_open_patterns_ > 0 || std::holds_alternative<PatternBegin>(operation.what))) {
+    put_held(nullptr);
     return store(operation);
   }
-  put_now(operation);
+  if (!is_foreign() || !hold(operation)) put_now(operation);
 }
 
 void ExcellonWriter::put_now(const Operation& operation) {
@@ -121,6 +122,8 @@ void ExcellonWriter::put_now(const Operation& operation) {
 }
 
 void ExcellonWriter::end() {
+  put_held(nullptr);
+  end_replay();
   if (in_header_) close_header("M95");
   if (!has_end_) line("M30");
 }
@@ -390,10 +393,12 @@ void ExcellonWriter::write(const Stop& stop) {
     case StopKind::EndAccepted:
       return line(';' + std::string(kEndAcceptedComment));
     case StopKind::EndNoRewind:
+      end_replay();
       has_end_ = true;
       text() += "M00";
       break;
     case StopKind::EndRewind:
+      end_replay();
       has_end_ = true;
       text() += "M30";
       break;

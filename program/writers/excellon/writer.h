@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -75,7 +76,8 @@ class ExcellonWriter final : public ProgramWriter {
   void write(const Function& function);
   void write(const Setting& setting);
   void write(const ZeroSet& zero);
-  void write(const SurfaceOrder&) {}  // the refused depths are what it is for
+  void write(const OpticalOrder& order);
+  void write(const SurfaceOrder& order);
 
   // foreign.cc
   void put_foreign_header();
@@ -87,13 +89,42 @@ class ExcellonWriter final : public ProgramWriter {
   }
   void refuse_cut(const DepthOfCut& cut);
 
+  // stored_sets.cc
+  /// The orders in a pattern to keep and use corrections; null: none.
+  struct PatternSets {
+    const StoredCorrection* keep = nullptr;
+    const StoredCorrection* use = nullptr;  ///< each copy its own
+    bool uses_others = false;               ///< one of another copy, or outside of patterns
+  };
+  /// M51, and the M52 behind it.
+  struct Replay {
+    int label = 0;
+    int n_passed = 0;
+    int n_points = 0;  ///< all have to be passed
+  };
+  bool hold(const Operation& operation);
+  void put_held(const StoredCorrection* keep);
+  void use_stored(const StoredCorrection& stored);
+  void pass_points(const StoredCorrection& stored, int n_points, int n_all);
+  void end_replay();
+  bool is_replaying() const { return replay_ && replay_->n_passed < replay_->n_points; }
+  void lose_looking();
+  void note_base_series();
+  PatternSets sets_of(std::size_t begin, std::size_t end) const;
+  bool may_repeat_sets(const PatternSets& sets,
+                       std::size_t begin,
+                       std::size_t end,
+                       std::size_t n_copies) const;
+  bool works_before_use(std::size_t begin) const;
+  bool measures_first(std::size_t begin, std::size_t end) const;
+  bool is_superseded(std::size_t i, std::size_t end) const;
+  bool leaves_base(std::size_t begin, std::size_t end) const;
+
   // structure.cc
   void store(const Operation& operation);
   void put_stored(std::size_t begin, std::size_t end, const WorkMap& map);
   void put_pattern(std::size_t begin, std::size_t end, const std::vector<WorkMap>& copies);
   void close_pattern(const std::vector<WorkMap>& copies);
-  const StoredCorrection* stored_correction(std::size_t begin, std::size_t end) const;
-  bool works_before_use(std::size_t begin) const;
   void write(const PatternBegin& begin);
   void write(const PatternEnd& end);
   void write(const VisionSeries& series);
@@ -122,7 +153,13 @@ class ExcellonWriter final : public ProgramWriter {
 
   StoredOperations stored_;  ///< of an open pattern
   int n_open_patterns_ = 0;
-  bool has_nested_ = false;  ///< one is in force, or was in this copy
+  StoredOperations held_;             ///< a base series, and what came behind it
+  std::map<int, int> n_kept_copies_;  ///< that keep their corrections, by label
+  int executed_copy_ = 0;             ///< of a pattern that is not repeated, from 1
+  std::optional<Replay> replay_;      ///< outside of patterns
+  bool has_base_ = false;             ///< a correction may be in force
+  bool has_nested_ = false;           ///< one is in force, or was in this copy
+  bool has_grid_ = false;             ///< that the other control measures
   bool has_vision_tool_ = false;
   std::optional<int> series_size_;  ///< as $uvis,alg said last
   int algorithm_ = 0;               ///< Excellon's own

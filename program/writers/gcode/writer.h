@@ -101,6 +101,7 @@ class GcodeWriter final : public ProgramWriter {
   void write(const CancelCorrection&) { refuse_structure(); }
   void write(const StoredCorrection&) { refuse_structure(); }
   void write(const VisionTool&) { refuse_structure(); }
+  void write(const OpticalOrder&) { refuse_structure(); }
   void write(const SurfaceOrder&) {}  // what was probed is in the depths
   void refuse_structure();
   void comment(std::string_view words);

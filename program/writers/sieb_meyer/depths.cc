@@ -99,16 +99,24 @@ void SiebMeyerWriter::note_offset_use(std::set<int>& tools, const std::set<int>&
 
 /// Surface detection is switched in lines of its own, and the control takes the surface of a
 /// contour ahead of its T0 line. K under G71 is said with it: a residual web has no other form.
+/// Where G71 holds round a section, no G71 may stand in it, so that K has its own word there.
 /// Source SIEB & MEYER CNC 8x.00 Command Set, 10.1, G70, G71, L
 bool SiebMeyerWriter::needs_surface_line(const DepthOfCut& cut) const {
   if (cut.control != DepthControl::Slm) return depth_.is_slm;
-  return !depth_.is_slm || (cut.depth && depth_.k.told != plane_text(*cut.depth));
+  const bool has_word = is_bracketed_by_slm() && cut.depth && *cut.depth >= Length();
+  return !depth_.is_slm || (cut.depth && depth_.k.told != plane_text(*cut.depth) && !has_word);
 }
 
 /// Behind G70 follows a "section without depth control" in the example, G83 "remains on" (11):
 /// where both were said, G82 or G83 is said again.
 void SiebMeyerWriter::say_surface_line(const DepthOfCut& cut) {
   if (!needs_surface_line(cut)) return;
+  if (is_bracketed_by_slm()) {
+    return refuse(
+        "a change of surface detection (G70, G71, G77, G82) in a section that begins "
+        "under G71",
+        "G70 before the section, and G71 in it");
+  }
   depth_.is_slm = cut.control == DepthControl::Slm;
   if (!depth_.is_slm) {
     line("G70");
@@ -139,6 +147,7 @@ void SiebMeyerWriter::say_surface_line_of_contour(const DepthOfCut& cut) {
 /// Source SIEB & MEYER CNC 8x.00 Command Set, 8.2, G6, G82, G83
 void SiebMeyerWriter::say_depth(const DepthOfCut& cut, bool is_ramp) {
   if (needs_surface_line(cut)) {
+    if (is_bracketed_by_slm()) return;  // refused before
     return refuse("a change of surface detection (G70, G71) inside a contour",
                   "it before a T0 line");
   }
@@ -189,13 +198,16 @@ void SiebMeyerWriter::say_plane(char letter,
 
 /// The control does not know at the begin of a copy what it was told before the pattern.
 void SiebMeyerWriter::begin_depths_of_copy() {
+  begins_with_slm_ = depth_.is_slm;
   depth_.z.told.reset();
   depth_.k.told.reset();
   if (has_left_standard_) depth_.is_controlled.reset();
 }
 
-/// The second copy begins with what the first one ends with.
+/// The second copy begins with what the first one ends with. "If surface detection is programmed
+/// with Step-and-Repeat, it has to be activated and deactivated" (10.1).
 void SiebMeyerWriter::end_depths_of_copy() {
+  if (!begins_with_slm_ && std::exchange(depth_.is_slm, false)) line("G70");
   if (relies_on_standard_ && depth_.is_controlled != false) {
     line("G82");
     depth_.is_controlled = false;
@@ -220,6 +232,16 @@ void SiebMeyerWriter::end_depths_of_copy() {
 void SiebMeyerWriter::write(const SurfaceOrder& order) {
   if (is_foreign()) return;
   up_at_.reset();
+  if (order.kind == SurfaceOrderKind::Skip) {
+    place_words().skips_grid = true;
+    return;
+  }
+  if (order.kind == SurfaceOrderKind::Switch) {
+    is_switched_on_ = order.cut.control == DepthControl::Slm;
+    return say_surface_line(order.cut);
+  }
+  if (order.kind == SurfaceOrderKind::GridReference) return probe_grid(order, "G78");
+  if (order.kind == SurfaceOrderKind::GridPoint) return probe_grid(order, "G79");
   const bool uses_surface =
       order.kind != SurfaceOrderKind::ClearMemory && order.kind != SurfaceOrderKind::StoreGrid;
   if (uses_surface && !std::exchange(depth_.is_slm, true)) line("G71");
@@ -240,7 +262,24 @@ void SiebMeyerWriter::write(const SurfaceOrder& order) {
       return line(memory);
     case SurfaceOrderKind::ClearMemory:
       return line("G72");
+    case SurfaceOrderKind::Switch:
+    case SurfaceOrderKind::GridReference:
+    case SurfaceOrderKind::GridPoint:
+    case SurfaceOrderKind::Skip:
+      return;  // above
   }
+}
+
+/// "Whether a through hole stroke or depth hole stroke is carried out" decides G83 with its K.
+/// Source SIEB & MEYER CNC 8x.00 Command Set, 10.2, G79
+void SiebMeyerWriter::probe_grid(const SurfaceOrder& order, std::string_view command) {
+  say_surface_line(order.cut);
+  const std::string_view tool = std::exchange(probing_tool_, {});
+  open_line(order.place->commanded.in_mm());
+  line_ += tool;
+  line_ += command;
+  say_depth(order.cut, false);
+  finish_line();
 }
 
 void SiebMeyerWriter::probe(const SurfaceOrder& order, std::string_view command) {

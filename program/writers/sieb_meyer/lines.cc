@@ -122,6 +122,7 @@ SiebMeyerWriter::PlaceWords& SiebMeyerWriter::place_words() {
 void SiebMeyerWriter::say_place_words() {
   if (std::exchange(place_words_.may_stop, false)) line_ += "M20";
   if (place_words_.has_output) line_ += "M21";
+  if (place_words_.skips_grid) line_ += "G77";
   place_words_.is_said = true;
 }
 

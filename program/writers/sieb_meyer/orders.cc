@@ -109,6 +109,8 @@ void SiebMeyerWriter::write_foreign(const Setting& setting) {
 /// The control does not know at the begin of a copy what it was told before the pattern.
 void SiebMeyerWriter::write(const PatternBegin&) {
   say_tool();
+  // A probe that stands without G71 in the source has switched it on.
+  if (!is_switched_on_) say_surface_line({});
   line("M31");
   ++n_open_patterns_;
   pattern_ = {};
@@ -171,12 +173,37 @@ void SiebMeyerWriter::refuse_uneven_copies(std::size_t n_copies) {
 
 // --- vision ------------------------------------------------------------------------------------
 
+/// In the language itself the orders are passed on as they are.
+/// Source SIEB & MEYER CNC 8x.00 Command Set, 9
+void SiebMeyerWriter::write(const OpticalOrder& order) {
+  if (is_foreign() || order.text.empty()) return;
+  if (order.ends_with_copy && n_open_patterns_ == 0) {
+    return refuse(
+        fmt::format("{}, whose effect ends with a copy that is written out,", quoted(order.text)),
+        "an innermost section whose copies begin with the same tool and depth");
+  }
+  up_at_.reset();
+  if (!order.target) return line(order.text);
+  if (order.text == "G36") switch_pattern_mode(true);
+  finish_line();
+  append_point(order.target->in_mm(), "XY");
+  line_ += order.text;
+  finish_line();
+}
+
 /// Targets are looked for where they are nominally, so a correction in force is cleared first.
 /// Source SIEB & MEYER CNC 8x.00 Command Set, 9, G31 to G34
 void SiebMeyerWriter::write(const VisionSeries& series) {
+  if (!is_foreign()) return;
   if (series.level == CorrectionLevel::Nested) return write_nested(series);
+  if (series.fits_otherwise) {
+    refuse("a base series of two targets, without the scale that the control fits",
+           "three targets, or [vision] scale = false");
+  }
   if (n_open_patterns_ > 0 && pattern_.restores_board) {
     refuse("a base series behind G47 in its pattern", "G47 before the pattern");
+  } else if (n_open_patterns_ > 0 && pattern_.has_whole) {
+    refuse("a base series behind a nested one in its pattern", "the base series first");
   }
   if (has_base_ || n_open_patterns_ > 0 || is_replaced_) clear_corrections();
   measure_targets(series);
@@ -189,7 +216,7 @@ void SiebMeyerWriter::write(const VisionSeries& series) {
 void SiebMeyerWriter::clear_corrections() {
   line("G34");
   if (n_open_patterns_ > 0) return;
-  has_outer_offset_ = false;
+  has_outer_offset_ = has_loaded_offset_ = false;
   pattern_.n_nested_targets = 0;
 }
 
@@ -210,39 +237,60 @@ bool SiebMeyerWriter::may_be_whole(const VisionSeries& series) const {
   return series.targets.size() > 2 || (series.targets.size() == 2 && n_board <= 2);
 }
 
-/// A nested series of several targets whose correction the copy keeps. This control nests no more
-/// than an offset, but what it fits to the same targets, from where they are nominally, is the
-/// copy's whole correction. The board's is in force before, so that targets are found.
+/// A nested series of several targets. This control nests no more than an offset, but what it fits
+/// to the same targets, from where they are nominally, is the whole correction. The board's is in
+/// force before, so that targets are found; in a pattern the copy before may have replaced it.
 void SiebMeyerWriter::write_whole(const VisionSeries& series) {
-  if (pattern_.cancels_ahead) refuse_cancel_ahead();
+  if (series.fits_otherwise) {
+    return refuse("a nested series whose model is not the manual's",
+                  "[vision] model = \"stretch\", scale = false");
+  }
+  if (pattern_.works_behind_cancel) refuse_cancel_ahead();
   switch_pattern_mode(false);
-  is_replaced_ = true;
+  save_board();
+  is_replaced_ |= n_open_patterns_ > 0;
   restore_board();
   measure_targets(series);
   is_replaced_ = true;
-  ++pattern_.n_nested_targets;
+  pattern_.has_whole = n_open_patterns_ > 0;
 }
 
-/// In the first copy there may be nothing to cancel, in the second there is.
+/// In the first copy there may be nothing to cancel, in the second there is, and places between it
+/// and the targets need that.
 void SiebMeyerWriter::refuse_cancel_ahead() {
-  refuse("G47 ahead of the targets in a pattern that stores its corrections",
+  refuse("G47 ahead of the targets in a pattern whose copies have their own corrections",
          "G47 before the pattern, or at its end");
+}
+
+/// Keeps the base correction, once, while it is in force: in the last location, where the last of
+/// 1000 copies has its own.
+void SiebMeyerWriter::save_board() {
+  if (!has_base_ || is_replaced_ || std::exchange(is_board_saved_, true)) return;
+  is_saved_with_offset_ = nested_ == Nested::InForce;
+  line(fmt::format("G39,SAVE{}", kLocations));
+  uses_board_location_ = true;
+  if (n_kept_copies_ == kLocations) kept_label_.reset();
 }
 
 /// Puts the base correction in force where that of a copy has replaced it.
 void SiebMeyerWriter::restore_board() {
   if (!std::exchange(is_replaced_, false)) return;
+  if (has_base_ && is_saved_with_offset_) {
+    refuse("the base correction behind a nested one (G45) that was in force with it",
+           "G47 ahead of other nested corrections");
+  }
   line(has_base_ ? fmt::format("G39,LOAD{}", kLocations) : "G34");
   up_at_.reset();
   pattern_.restores_board = n_open_patterns_ > 0;
+  if (n_open_patterns_ == 0) has_loaded_offset_ = false;
 }
 
 /// The control takes a second target of one copy, or of the program outside of patterns, together
 /// with the first, and an offset from outside comes back behind a copy that has its own.
 bool SiebMeyerWriter::refuse_second_nested() {
-  const bool is_executed = is_foreign() || nested_ == Nested::Cancelled;
-  if (!is_executed || (pattern_.n_nested_targets == 0 && !has_outer_offset_)) return false;
-  refuse("a second nested correction", "one for each copy of a pattern");
+  const bool comes_back = has_outer_offset_ || (has_loaded_offset_ && n_open_patterns_ > 0);
+  if (pattern_.n_nested_targets == 0 && !comes_back) return false;
+  refuse("a second nested correction", "one for each copy of a pattern, and G37 between others");
   return true;
 }
 
@@ -250,23 +298,22 @@ bool SiebMeyerWriter::refuse_second_nested() {
 /// Source SIEB & MEYER CNC 8x.00 Command Set, 9, G36 (CAMA)
 void SiebMeyerWriter::write_nested(const VisionSeries& series) {
   if (has_outer_offset_ && refuse_second_nested()) return;
-  if (keeps_copies_ && pattern_.n_nested_targets == 0 && may_be_whole(series)) {
+  const bool may_save = keeps_copies_ || n_open_patterns_ == 0;
+  if (may_save && pattern_.n_nested_targets == 0 && may_be_whole(series)) {
     return write_whole(series);
   }
-  if (is_foreign() && series.targets.size() > 1) {
+  if (series.targets.size() > 1) {
     return refuse(fmt::format("a nested series of {} targets", series.targets.size()),
-                  "one target (G45): the offset of a pattern is all that SIEB & MEYER nests");
+                  "one target (G45): an offset is all that SIEB & MEYER nests");
   }
   if (refuse_second_nested()) return;
   restore_board();
   switch_pattern_mode(true);
-  for (const Position<frame::Nominal>& target : series.targets) {
-    finish_line();
-    append_point(target.in_mm(), "XY");
-    line_ += "G36";
-    ++pattern_.n_nested_targets;
-  }
   finish_line();
+  append_point(series.targets.front().in_mm(), "XY");
+  line_ += "G36";
+  finish_line();
+  pattern_.n_nested_targets = 1;
   pattern_.has_offset = n_open_patterns_ > 0;
   has_outer_offset_ |= n_open_patterns_ == 0;
   nested_ = Nested::InForce;
@@ -281,6 +328,7 @@ void SiebMeyerWriter::write(const TargetHole& hole) {
 }
 
 void SiebMeyerWriter::write(const CancelCorrection& cancel) {
+  if (!is_foreign()) return;
   if (cancel.level == CorrectionLevel::Base) {
     clear_corrections();
     has_base_ = is_board_saved_ = is_replaced_ = false;
@@ -288,12 +336,12 @@ void SiebMeyerWriter::write(const CancelCorrection& cancel) {
   } else if (nested_ == Nested::InForce && n_open_patterns_ > 0 && !pattern_.has_offset) {
     refuse("G47 in a pattern, of a nested correction from outside of it", "G37");
     nested_ = Nested::None;
-  } else if (keeps_copies_ && n_open_patterns_ > 0 && !pattern_.has_kept) {
-    pattern_.cancels_ahead = true;
-    nested_ = Nested::None;
-    if (is_replaced_) refuse_cancel_ahead();
   } else if (nested_ == Nested::InForce) {
     nested_ = Nested::Cancelled;
+  } else if (keeps_copies_ && n_open_patterns_ > 0 && !pattern_.has_whole && !pattern_.has_kept) {
+    pattern_.cancels_ahead = !is_replaced_;
+    nested_ = Nested::None;
+    restore_board();
   } else if (is_replaced_) {
     restore_board();
   } else {
@@ -304,8 +352,10 @@ void SiebMeyerWriter::write(const CancelCorrection& cancel) {
 /// A copy keeps its correction, board's and pattern's together, in the location of its own number.
 /// Source SIEB & MEYER CNC 8x.00 Command Set, 9, G39
 void SiebMeyerWriter::write(const StoredCorrection& stored) {
+  if (!is_foreign()) return;
   switch (stored.kind) {
     case StoredCorrectionKind::RecordNext:
+    case StoredCorrectionKind::NestNext:
       keeps_copies_ = true;
       return save_board();
     case StoredCorrectionKind::RewindNext:
@@ -319,14 +369,7 @@ void SiebMeyerWriter::write(const StoredCorrection& stored) {
   }
 }
 
-/// In the last location, where the last of 1000 copies has its own.
-void SiebMeyerWriter::save_board() {
-  if (!has_base_ || is_replaced_ || std::exchange(is_board_saved_, true)) return;
-  line(fmt::format("G39,SAVE{}", kLocations));
-  uses_board_location_ = true;
-  if (n_kept_copies_ == kLocations) kept_label_.reset();
-}
-
+/// Outside of patterns what is loaded replaces the board's correction until it is cancelled.
 void SiebMeyerWriter::use_stored(const StoredCorrection& stored) {
   if (kept_label_ != stored.label) {
     return refuse(fmt::format("a use of the corrections of M50,{} behind those of another label",
@@ -334,20 +377,22 @@ void SiebMeyerWriter::use_stored(const StoredCorrection& stored) {
                   "one label at a time: each copy has one storage location");
   }
   const bool is_nested = stored.level == CorrectionLevel::Nested;
-  if (is_nested && has_outer_offset_ && refuse_second_nested()) return;
-  const bool is_offset = is_nested && stored.n_targets == 1;
-  if (is_foreign()) switch_pattern_mode(is_offset);
-  line("G39,LOAD");
+  const int n_board = is_nested ? stored.n_targets - 1 : stored.n_targets;
+  const bool has_board = !is_nested || (stored.is_offset && n_board > 0);
+  const bool ends_with_copy = stored.is_offset && n_open_patterns_ > 0;
+  if (is_nested && n_open_patterns_ > 0 && refuse_second_nested()) return;
+  switch_pattern_mode(stored.is_offset);
+  line("G39,LOAD" + (stored.copy > 0 ? std::to_string(stored.copy) : ""));
   up_at_.reset();
-  nested_ = is_offset ? Nested::InForce : Nested::None;
-  pattern_.has_offset = is_offset;
-  if (is_nested) {
-    is_replaced_ = !is_offset;
-  } else {
-    n_board_targets_ = static_cast<std::size_t>(stored.n_targets);
-    has_base_ = true;
-    is_board_saved_ = is_replaced_ = false;
-  }
+  const bool may_end = ends_with_copy || (stored.is_offset && has_board);
+  nested_ = may_end ? Nested::InForce : Nested::None;
+  is_replaced_ = !has_board && !ends_with_copy;
+  pattern_.has_offset = ends_with_copy;
+  if (n_open_patterns_ == 0) has_loaded_offset_ = stored.is_offset;
+  if (!has_board) return;
+  n_board_targets_ = static_cast<std::size_t>(n_board);
+  has_base_ = true;
+  is_board_saved_ = false;
 }
 
 void SiebMeyerWriter::write(const VisionTool& tool) {
@@ -363,7 +408,8 @@ void SiebMeyerWriter::switch_pattern_mode(bool is_on) {
 
 /// A place is worked at. An offset of a pattern holds for the rest of its copy and no longer.
 void SiebMeyerWriter::note_work() {
-  if (!pattern_.has_offset) pattern_.works_ahead = true;
+  pattern_.works_ahead |= !pattern_.has_offset && !pattern_.has_whole;
+  pattern_.works_behind_cancel |= pattern_.cancels_ahead;
   if (nested_ == Nested::Cancelled && !pattern_.has_offset) {
     refuse("a place behind G47 of a nested correction from outside of patterns", "G37");
     nested_ = Nested::None;

@@ -77,17 +77,20 @@ class SiebMeyerWriter final : public ProgramWriter {
     SourceLine line;          ///< none: there are no words
     bool may_stop = false;    ///< M20: at the next place
     bool has_output = false;  ///< M21: at every place
+    bool skips_grid = false;  ///< G77: likewise
     bool is_said = false;
   };
 
   /// The pattern that is open, of which one copy is written for all.
   struct OpenPattern {
-    int n_nested_targets = 0;     ///< they count together
-    bool works_ahead = false;     ///< before it has an offset of its own
-    bool has_offset = false;      ///< ends with the copy
-    bool has_kept = false;        ///< corrections of its copies
-    bool cancels_ahead = false;   ///< G47 before the series that its copies keep
-    bool restores_board = false;  ///< instead of a copy's correction
+    int n_nested_targets = 0;          ///< they count together
+    bool works_ahead = false;          ///< before it has an offset of its own
+    bool has_offset = false;           ///< ends with the copy
+    bool has_kept = false;             ///< corrections of its copies
+    bool has_whole = false;            ///< measured them, in place of nested ones
+    bool cancels_ahead = false;        ///< G47 before the series that its copies measure
+    bool works_behind_cancel = false;  ///< between the two
+    bool restores_board = false;       ///< instead of a copy's correction
   };
 
   void end() override;
@@ -125,6 +128,7 @@ class SiebMeyerWriter final : public ProgramWriter {
   bool may_be_plane(const DepthOfCut& cut, Length z);
   void zero_offset();
   void note_offset_use(std::set<int>& tools, const std::set<int>& others);
+  bool is_bracketed_by_slm() const { return n_open_patterns_ > 0 && begins_with_slm_; }
   bool needs_surface_line(const DepthOfCut& cut) const;
   void say_surface_line(const DepthOfCut& cut);
   void say_surface_line_of_contour(const DepthOfCut& cut);
@@ -138,6 +142,7 @@ class SiebMeyerWriter final : public ProgramWriter {
   void end_depths_of_copy();
   void write(const SurfaceOrder& order);
   void probe(const SurfaceOrder& order, std::string_view command);
+  void probe_grid(const SurfaceOrder& order, std::string_view command);
 
   // writer.cc
   void drill_line(const Eigen::Vector2d& at_mm, const DepthOfCut& cut, std::string_view command);
@@ -169,6 +174,7 @@ class SiebMeyerWriter final : public ProgramWriter {
   void write(const CancelCorrection& cancel);
   void write(const StoredCorrection& stored);
   void write(const VisionTool& tool);
+  void write(const OpticalOrder& order);
   void write_nested(const VisionSeries& series);
   bool may_be_whole(const VisionSeries& series) const;
   void write_whole(const VisionSeries& series);
@@ -206,6 +212,8 @@ class SiebMeyerWriter final : public ProgramWriter {
   int plane_tool_ = -1;              ///< the last of them
   std::set<int> map_tools_;          ///< offset unknown, and set to zero
   bool has_left_standard_ = false;   ///< G83 was said
+  bool is_switched_on_ = false;      ///< the source's own G71 holds; structure kept
+  bool begins_with_slm_ = false;     ///< the open pattern: G71 held at its begin
   bool relies_on_standard_ = false;  ///< in an open pattern, without saying G82
   bool ends_contour_ = false;        ///< the last T0 line
   std::string_view probing_tool_;    ///< of the next line that probes: T0, TD
@@ -217,14 +225,16 @@ class SiebMeyerWriter final : public ProgramWriter {
   bool has_base_ = false;  ///< a correction may be in force
   // Of a source in Excellon, whose nested series become corrections of the copies by themselves:
   std::size_t n_board_targets_ = 0;  ///< of the last base correction
-  bool keeps_copies_ = false;        ///< the next pattern, or the open one, keeps its corrections
-  std::size_t n_kept_copies_ = 0;    ///< of the pattern that kept them last
+  bool keeps_copies_ = false;  ///< the next pattern, or the open one, has such series or keeps them
+  std::size_t n_kept_copies_ = 0;  ///< of the pattern that kept them last
   bool uses_board_location_ = false;
-  bool is_board_saved_ = false;    ///< the base correction
-  bool is_replaced_ = false;       ///< by that of a copy
-  std::optional<int> kept_label_;  ///< of the corrections in the copies' locations
+  bool is_board_saved_ = false;        ///< the base correction
+  bool is_saved_with_offset_ = false;  ///< with a nested one that was in force
+  bool is_replaced_ = false;           ///< by that of a copy
+  std::optional<int> kept_label_;      ///< of the corrections in the copies' locations
   Nested nested_ = Nested::None;
-  bool has_outer_offset_ = false;  ///< measured outside of patterns, which only G34 ends
+  bool has_outer_offset_ = false;   ///< measured outside of patterns, which only G34 ends
+  bool has_loaded_offset_ = false;  ///< outside of patterns, in force until another takes over
   OpenPattern pattern_;
   std::optional<bool> pattern_mode_;  ///< CAMA, NOCAMA
 };

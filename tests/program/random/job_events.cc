@@ -145,6 +145,9 @@ class Sameness {
     return a.kind == b.kind && a.label == b.label;
   }
   bool same(const VisionTool& a, const VisionTool& b) const { return a.number == b.number; }
+  bool same(const OpticalOrder& a, const OpticalOrder& b) const {
+    return a.target.has_value() == b.target.has_value();  // the text is gone
+  }
   bool same(const SurfaceOrder& a, const SurfaceOrder& b) const {
     return a.kind == b.kind && a.memory == b.memory;
   }

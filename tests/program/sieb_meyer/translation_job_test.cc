@@ -1,18 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 // Random SIEB & MEYER jobs do the same work in the other language, and back in their own.
+#include <cmath>
 #include <string>
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include "tests/program/program_run.h"
 #include "tests/program/sieb_meyer/random_sm_job.h"
 #include "tests/program/writers/translation/run.h"
 
 namespace panelcal {
 namespace {
 
+using test::FunctionSource;
 using test::random_sm_job;
 using test::run_nominally;
+using test::run_on;
 using test::SmTargets;
 using test::text_of;
 using test::translate;
@@ -23,11 +27,13 @@ using test::WorkRun;
 /// A tenth of a micrometre; rates are whole in Excellon.
 constexpr test::Tolerance kRounding = {.place_mm = 1e-4, .center_mm = 1e-4, .rate_mm_s = 1};
 
-void require_same_work(const std::string& source, const Translation& translation) {
+void require_same_work(const std::string& source,
+                       const Translation& translation,
+                       MeasurementSource& panel) {
   if (!translation.errors.empty()) RC_LOG(translation.errors.front());
   RC_ASSERT(translation.errors.empty());
-  const WorkRun before = run_nominally(source);
-  const WorkRun after = run_nominally(translation.text);
+  const WorkRun before = run_on(panel, source);
+  const WorkRun after = run_on(panel, translation.text);
   RC_LOG(source);
   RC_LOG(translation.text);
   if (!after.errors.empty()) RC_LOG(after.errors.front());
@@ -43,6 +49,11 @@ void require_same_work(const std::string& source, const Translation& translation
   RC_ASSERT(difference.empty());
 }
 
+void require_same_work(const std::string& source, const Translation& translation) {
+  NominalSource panel;
+  require_same_work(source, translation, panel);
+}
+
 /// Some jobs are written for controls that leave slashed lines out; these execute them.
 std::string any_job() {
   const std::string text = text_of(*random_sm_job(SmTargets::None), {});
@@ -55,6 +66,25 @@ RC_GTEST_PROP(SmTranslation, KeepsTheLanguage, ()) {
   const Translation same = translate(text, Dialect::SiebMeyer);
   RC_PRE(!same.is_refused);  // a depth that is left to the control behind one that is stated
   require_same_work(text, same);
+}
+
+/// A panel that lies turned and moved, with targets that are off by some micrometres.
+FunctionSource turned_panel() {
+  return FunctionSource([](const MeasurementRequest& request) -> Eigen::Vector2d {
+    const Eigen::Vector2d p = request.nominal.in_mm();
+    return {0.9998 * p.x() - 0.02 * p.y() + 0.5 + 0.003 * std::sin(p.x()),
+            0.02 * p.x() + 0.9998 * p.y() - 0.3 + 0.003 * std::cos(p.y())};
+  });
+}
+
+RC_GTEST_PROP(SmTranslation, MeasuresTheSameTargets, ()) {
+  const std::string text = text_of(*random_sm_job(SmTargets::OfTheBoard), {});
+  FunctionSource panel = turned_panel();
+  RC_PRE(run_on(panel, text).errors.empty());
+  for (const Dialect to : {Dialect::SiebMeyer, Dialect::Excellon}) {
+    const Translation translation = translate(text, to);
+    if (!translation.is_refused) require_same_work(text, translation, panel);
+  }
 }
 
 /// Depths have no form in Excellon; whatever is not refused does the same work.

@@ -230,12 +230,14 @@ reads: 0.001 mm, or 0.0001 inch where the source is in inches.
 
 Commands without a form in the other language are named, line by line. Settings, messages to the
 machine, dwells and peck parameters are left out with a warning. Commands that decide where or how
-deep a tool goes (working planes, nested series of two targets, step slots, M14) are an error:
-change the program there, or leave them out with --force and look at the result. Corrections that
-the copies of a pattern store for later patterns are carried over (M50, M51 and M52; G39,SAVE and
-G39,LOAD in sections); those outside of patterns or under numbers (G39,SAVE1), measurement modes
-other than 1 and surface detection have no form at all and are refused as bad input: use `panelcal
-run`.
+deep a tool goes (working planes, measured grids, slots and layers as targets, step slots, M14) are
+an error: change the program there, or leave them out with --force and look at the result.
+docs/conventions.md has the list of what is carried and refused. Corrections that are stored are
+carried over (M50, M51 and M52, in patterns and outside; G39,SAVE and G39,LOAD, by the copies'
+numbers and others), and so are nested series of three targets (G46).
+
+With --to a program is written in its own language, with its patterns, targets and probes as they
+are: a SIEB & MEYER control then measures in the mode that it is set to, and probes by itself.
 
 Exit codes
   0 done, perhaps with warnings; 1 something that matters would be lost, and nothing was written

@@ -112,8 +112,11 @@ TEST(SiebMeyerWriter, RefusesNestedCorrectionsThatAreMoreThanAnOffset) {
   const Targets two = targets({{1, 2}, {3, 4}});
   const Targets one = targets({{1, 2}});
   const VisionSeries nested{CorrectionLevel::Nested, one};
+  const Targets three = targets({{1, 2}, {9, 2}, {1, 9}});
   const std::vector<Placement> copies = {Placement()};
-  EXPECT_THAT(from_excellon({VisionSeries{CorrectionLevel::Nested, two}}).failure,
+  EXPECT_THAT(from_excellon({VisionSeries{CorrectionLevel::Base, three},
+                             VisionSeries{CorrectionLevel::Nested, two}})
+                  .failure,
               AllOf(HasSubstr("error[translation-refused]"), HasSubstr("2 targets")));
   EXPECT_THAT(from_excellon({nested, drill(1, 1, 1), nested}).failure,
               HasSubstr("error[translation-refused]"));

@@ -81,11 +81,23 @@ class WorkReader {
 }  // namespace
 
 WorkRun run_on(MeasurementSource& panel, const std::string& text, const WalkOptions& options) {
+  NominalProbeSource probes;
+  return run_on(panel, probes, text, options);
+}
+
+WorkRun run_on(MeasurementSource& panel,
+               ProbeSource& probes,
+               const std::string& text,
+               const WalkOptions& options) {
   const WalkOptions whole = with_whole_cycles(options);
   DiagnosticLog log;
   WorkRun run;
   const Program program = load_program({"p", text}, log);
-  const Survey found = survey(program, whole, panel, log);
+  const Survey found = survey(program, whole, panel, probes, log);
+  for (const Measurement& measurement : found.measurements) {
+    run.requests.push_back(measurement.request);
+  }
+  for (const ProbeReading& reading : found.probes) run.probes.push_back(reading.request);
   if (!log.has_errors()) {
     EventRecorder recorder;
     execute(program, whole, found, recorder, log);

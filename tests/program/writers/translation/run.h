@@ -15,8 +15,15 @@ namespace panelcal::test {
 struct WorkRun {
   std::vector<Event> events;
   std::vector<std::string> errors;
+  std::vector<MeasurementRequest> requests;
+  std::vector<ProbeRequest> probes;
 };
 WorkRun run_on(MeasurementSource& panel, const std::string& text, const WalkOptions& options = {});
+/// On a board whose surface `probes` knows.
+WorkRun run_on(MeasurementSource& panel,
+               ProbeSource& probes,
+               const std::string& text,
+               const WalkOptions& options = {});
 /// On a perfect panel.
 WorkRun run_nominally(const std::string& text, const WalkOptions& options = {});
 

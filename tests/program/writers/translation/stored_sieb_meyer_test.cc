@@ -42,31 +42,35 @@ TEST(StoredTranslation, TwoSectionsThatSaveAreTwoLabels) {
   EXPECT_THAT(text, HasSubstr("M51,2\nM25\nM52,3\n"));
 }
 
-std::vector<std::string> errors_of(const std::string& body) {
-  return translate(sieb_meyer(body), Dialect::Excellon).errors;
+/// What a translation to Excellon has no form for.
+std::vector<std::string> refusals_of(const std::string& body) {
+  const Translation lost = translate(sieb_meyer(body), Dialect::Excellon);
+  EXPECT_THAT(lost.errors, IsEmpty());
+  EXPECT_TRUE(lost.is_refused);
+  return lost.losses;
 }
 
-/// Boards may be left out where the program is run; M51 wants all of M50's.
-TEST(StoredTranslation, RefusesToLoadTheSetsOfOtherCopies) {
-  const std::string save = "M31\nX5.Y5.G32\nX45.Y45.G32\nG31\nG39,SAVE\n" + std::string(kOffsets);
+/// M51 wants all of M50's, so that the copies that are left are written out.
+TEST(StoredTranslation, BoardsMayBeLeftOut) {
+  const std::string save =
+      "M31\nG34\nX5.Y5.G32\nX45.Y45.G32\nG31\nG39,SAVE\n" + std::string(kOffsets);
   const std::string load = "M31\nG39,LOAD\nX1.Y1.T1\n";
-  const auto is_named = ElementsAre(
-      test::Reports("p:11:1: error[not-supported]", "loads the corrections of other copies"));
-  EXPECT_THAT(errors_of(save + load + "X0.Y0.M50M30\n"), is_named);
-  EXPECT_THAT(errors_of(save + load + "X0.Y0.M50\nX50.Y0.M50M30\n"), is_named);
-  EXPECT_THAT(errors_of(save + load + kOffsets), IsEmpty());
+  EXPECT_THAT(same_holes(sieb_meyer(save + load + "X0.Y0.M50M30\n")),
+              HasSubstr("M51,1\nM52,2\nT1\nX1.0Y1.0\nM52,6\nM30\n"));
+  same_holes(sieb_meyer(save + load + "X0.Y0.M50\nX50.Y0.M50M30\n"));
+  same_holes(sieb_meyer(save + load + kOffsets));
 }
 
 /// The control fits them with those of one copy.
 TEST(StoredTranslation, RefusesTargetsThatOneCopyWouldTake) {
   const std::string two = "X5.Y5.G32\nX45.Y5.G32\nG31\n";
   for (const std::string save : {"G39,SAVE\n", "X7.Y7.T1\n"}) {
-    EXPECT_THAT(errors_of("X5.Y45.G32\nM31\n" + two + save + kOffsets),
-                ElementsAre(test::Reports("p:6:1: error[not-supported]",
-                                          "\"G31\" with targets from ahead of its section")));
-    EXPECT_THAT(errors_of("M31\n" + two + save + "X5.Y45.G32\n" + kOffsets + "G34\n"),
-                ElementsAre(test::Reports("p:11:1: error[not-supported]",
-                                          "leaves targets to its next copy")));
+    EXPECT_THAT(refusals_of("X5.Y45.G32\nM31\n" + two + save + kOffsets),
+                testing::Contains(test::Reports("p:6: error[translation-refused]",
+                                                "G31 with targets from ahead of its section")));
+    EXPECT_THAT(refusals_of("M31\n" + two + save + "X5.Y45.G32\n" + kOffsets + "G34\n"),
+                testing::Contains(test::Reports("p:11: error[translation-refused]",
+                                                "leaves targets to its next copy")));
   }
   same_holes(sieb_meyer("X5.Y45.G32\nM31\n" + two + "X7.Y7.T1\nX0.Y0.M50M30\n"));
 }
@@ -90,20 +94,9 @@ TEST(StoredTranslation, AnOffsetOfTheProgramHoldsInSections) {
   const std::string section = "M31\nX2.Y2.\nX0.Y0.M50\nX50.Y0.M50M30\n";
   const std::string outside = "M49,CAMA\nX5.Y5.G36\nX1.Y1.T1\n";
   same_holes(sieb_meyer(outside + section + "X3.Y3.\nG34\nX4.Y4.\n"));
-  EXPECT_THAT(errors_of(outside + "M31\nX5.Y6.G36\nX0.Y0.M50\nX50.Y0.M50M30\n"),
-              ElementsAre(test::Reports("p:6:1: error[not-supported]",
-                                        "\"X5.Y6.G36\" under an offset from outside")));
-}
-
-TEST(StoredTranslation, RefusesLocationsByNumberAndLateLoads) {
-  EXPECT_THAT(errors_of("X5.Y5.G32\nG31\nG39,SAVE1\nX1.Y1.T1\n"),
-              ElementsAre(test::Reports("p:4:1: error[not-supported]", "\"G39,SAVE1\"")));
-  const Translation late =
-      translate(sieb_meyer("M31\nX5.Y5.G32\nG31\nG39,SAVE\n" + std::string(kOffsets) +
-                           "M31\nX9.Y9.T1\nG39,LOAD\nX1.Y1.\n" + kOffsets),
-                Dialect::Excellon);
-  EXPECT_TRUE(late.is_refused);
-  EXPECT_THAT(late.losses, ElementsAre(HasSubstr("work ahead of G39,LOAD")));
+  EXPECT_THAT(refusals_of(outside + "M31\nX5.Y6.G36\nX0.Y0.M50\nX50.Y0.M50M30\n"),
+              ElementsAre(test::Reports("p:6: error[translation-refused]",
+                                        "G36 under an offset from outside")));
 }
 
 }  // namespace

@@ -108,8 +108,10 @@ TEST(Translation, ANestedTargetIsThePatternsOffset) {
 }
 
 TEST(Translation, RefusesWhatWouldGoElsewhere) {
-  const Translation nested = translate(
-      excellon("$uvis,alg,0,2\nG34,1\nT1\nG46X5.Y5.\nG46X95.Y5.\nX1.Y1.\n"), Dialect::SiebMeyer);
+  const Translation nested =
+      translate(excellon("G34,1\nT1\nG36X5.Y5.\nG36X95.Y5.\nG36X5.Y95.\n$uvis,alg,0,2\nG46X5.Y5.\n"
+                         "G46X95.Y5.\nX1.Y1.\n"),
+                Dialect::SiebMeyer);
   EXPECT_TRUE(nested.is_refused);
   EXPECT_THAT(nested.losses, ElementsAre(HasSubstr("2 targets")));
 }
@@ -197,22 +199,6 @@ TEST(Translation, BoardAndPatternMeasurements) {
       sieb_meyer("M49,CAMA\nX5.Y5.G32\nX95.Y5.G32\nX5.Y95.G32\nG31\nM31\nX5.Y6.G36\n"
                  "X10.Y10.T1\nX0Y0M50\nX50.Y0M70M30\nX1.Y1.\n"));
   same_work(sieb_meyer("X10.Y10.T1M31\nX12.Y12.G36\nX0Y0M50\nX50.Y0M50M30\nX1.Y1.\n"));
-}
-
-/// A slot (mode 5) shows one coordinate; layers (2 and 3) are several looks.
-TEST(Translation, RefusesSlotsAndLayers) {
-  const auto errors_in_mode = [](int mode, const std::string& command) {
-    WalkOptions options;
-    options.sieb_meyer.measurement_mode = mode;
-    const std::string text =
-        sieb_meyer("X5.Y5." + command + "\nX45.Y5.G33\nX5.Y45.G33\nG31\nX1.Y1.T1\n");
-    return translate(text, Dialect::Excellon, options).errors;
-  };
-  const auto named = [](const std::string& line) {
-    return ElementsAre(Reports("p:" + line + ":1: error[not-supported]", "another mode than 1"));
-  };
-  for (const int mode : {2, 3, 5}) EXPECT_THAT(errors_in_mode(mode, "G32"), named("2"));
-  for (const int mode : {1, 2, 3}) EXPECT_THAT(errors_in_mode(mode, "G33"), IsEmpty());
 }
 
 /// A line that repeats a pattern is executed, so that the pattern comes twice.

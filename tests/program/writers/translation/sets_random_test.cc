@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+// Random SIEB & MEYER programs that measure, save and load corrections in every mode, and probe;
+// their translations into Excellon and into their own language, run on the same panel.
+#include <algorithm>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "tests/program/writers/translation/boards.h"
+
+namespace panelcal {
+namespace {
+
+using test::asks_alike;
+using test::BulgingBoard;
+using test::difference_of_work;
+using test::distance_um;
+using test::FunctionSource;
+using test::kSameFit_um;
+using test::run_on;
+using test::sieb_meyer;
+using test::small_boards;
+using test::translate;
+using test::Translation;
+using test::WorkRun;
+
+int drawn(int low, int high) {
+  return *rc::gen::inRange(low, high + 1);
+}
+
+/// One time of n.
+bool may(int n = 2) {
+  return drawn(1, n) == 1;
+}
+
+std::string drawn_place() {
+  return fmt::format("X{}.Y{}.", drawn(1, 49), drawn(1, 49));
+}
+
+/// The first `n` of four copies.
+std::string drawn_offsets(int n) {
+  constexpr const char* kOffsets[] = {"X0.Y0.M50", "X50.Y0.M50", "X0.Y50.M50", "X100.Y50.M90"};
+  std::string text;
+  for (int i = 0; i < n; ++i) text += kOffsets[i] + std::string(i + 1 < n ? "\n" : "M30\n");
+  return text;
+}
+
+/// What a program measures, saves and loads, with holes between. Most of it can be executed.
+class MeasuringJob {
+ public:
+  /// With orders that SIEB & MEYER alone has: other modes than 1, G31 again, probes.
+  explicit MeasuringJob(bool has_own_orders) : has_own_orders_(has_own_orders) {
+    if (has_own_orders_) mode_ = *rc::gen::element(1, 1, 2, 3, 5);
+    options_.sieb_meyer.measurement_mode = mode_;
+    text_ = "T1\n";
+    for (int n = drawn(2, 8); n > 0; --n) {
+      may(3) ? add_section() : add_order();
+    }
+    text_ += "G34\nM49,NOCAMA\nX1.Y1.T1\n";
+  }
+
+  std::string text() const { return sieb_meyer(text_); }
+  const WalkOptions& options() const { return options_; }
+
+ private:
+  void add_holes(int n_most = 3) {
+    for (int n = drawn(1, n_most); n > 0; --n) {
+      text_ += drawn_place() + (may(4) ? "" : fmt::format("T{}", drawn(1, 2))) + '\n';
+    }
+  }
+
+  void add_targets() {
+    if (mode_ == 5) {
+      text_ += "X5.Y5.G33\nX25.Y5.G32\nX5.Y45.G33\nX45.Y25.G32\n";
+      return;
+    }
+    constexpr const char* kTargets[] = {"X5.Y5.", "X45.Y5.", "X5.Y45."};
+    const int n_targets = drawn(1, 3);
+    for (int i = 0; i < n_targets; ++i) {
+      if (mode_ != 1 && may()) text_ += kTargets[i] + std::string("G32\n");
+      text_ += kTargets[i] + std::string(mode_ != 1 || may() ? "G33\n" : "G32\n");
+    }
+  }
+
+  void add_series() {
+    if (may()) text_ += "G34\n";
+    add_targets();
+    text_ += "G31\n";
+    has_base_ = true;
+  }
+
+  void add_order() {
+    switch (drawn(0, 11)) {
+      case 0:
+      case 1:
+        return add_series();
+      case 2:
+        text_ += *rc::gen::element("G30\n", "G30\n", "G34\n", "G30\nG30\n");
+        if (text_.ends_with("G34\n") || text_.ends_with("G30\nG30\n")) has_base_ = false;
+        break;
+      case 3:
+        if (has_base_) text_ += fmt::format("G39,SAVE{}\n", last_set_ = 900 + drawn(1, 2));
+        break;
+      case 4:
+        if (last_set_ > 0) {
+          text_ += fmt::format("G39,LOAD{}\n", last_set_);
+          has_base_ = true;
+        }
+        break;
+      case 5:
+        if (n_saved_ > 0) {
+          text_ += fmt::format("G39,LOAD{}\n", drawn(1, n_saved_));
+          has_base_ = true;
+        }
+        break;
+      case 6:
+        text_ += "M49,CAMA\n" + drawn_place() + "G36\n";
+        break;
+      case 7:
+        text_ += "M49,NOCAMA\n" + drawn_place() + "T1G36\n";
+        break;
+      case 8:
+        if (may(3)) add_targets();  // they wait
+        break;
+      case 9:
+        if (has_own_orders_ && has_base_) text_ += "G31\n";
+        break;
+      case 10:
+        if (has_own_orders_) add_probe();
+        break;
+      default:
+        break;
+    }
+    if (may()) add_holes();
+  }
+
+  void add_probe() {
+    text_ += fmt::format("G71K.{}\n", drawn(1, 5)) + drawn_place() + "T1G73L1\n";
+    add_holes();
+    text_ += "G70\n";
+  }
+
+  /// Each copy measures and saves, or loads what a section before has saved, or works.
+  void add_section() {
+    const int n_copies = drawn(1, 4);
+    const bool is_nested = may(6);
+    text_ += is_nested ? "M31M31\n" : "M31\n";
+    if (may(4)) add_holes();
+    const int kind = drawn(0, 3);
+    if (kind == 0) {
+      add_series();
+      if (may(4)) text_ += "M49,CAMA\nX25.Y25.G36\n";
+      if (may()) add_holes();
+      text_ += "G39,SAVE\n";
+      n_saved_ = n_copies;
+    } else if (kind == 1 && n_saved_ >= n_copies) {
+      text_ += "G39,LOAD\n";
+      has_base_ = true;
+    } else {
+      for (int n = drawn(0, 2); n > 0; --n) add_order();
+    }
+    if (may(4)) add_order();
+    add_holes();
+    text_ += drawn_offsets(n_copies);
+    if (is_nested) text_ += may() ? "X0Y0M50M30\n" : "X0Y0M50\nX100.Y0M50M30\n";
+  }
+
+  bool has_own_orders_;
+  int mode_ = 1;
+  WalkOptions options_;
+  std::string text_;
+  bool has_base_ = false;
+  int last_set_ = 0;
+  int n_saved_ = 0;  ///< locations of copies
+};
+
+/// Both runs of a job, and its translation if all of it has a form.
+struct Runs {
+  explicit Runs(const MeasuringJob& job, Dialect to)
+      : panel(small_boards()), panel_after(small_boards()) {
+    BulgingBoard board;
+    before = run_on(panel, board, job.text(), job.options());
+    if (!before.errors.empty()) return;
+    translation = translate(job.text(), to, job.options());
+    RC_LOG(job.text());
+    RC_LOG(translation.text);
+    for (const std::string& loss : translation.losses) RC_LOG(loss);
+    has_form = translation.errors.empty() && !translation.is_refused;
+    if (!has_form) return;
+    after = run_on(panel_after, board, translation.text, job.options());
+    if (!after.errors.empty()) RC_LOG(after.errors.front());
+    RC_ASSERT(after.errors.empty());
+  }
+
+  FunctionSource panel;
+  FunctionSource panel_after;
+  WorkRun before;
+  WorkRun after;
+  Translation translation;
+  bool has_form = false;
+};
+
+/// Whatever is not refused drills the same holes.
+RC_GTEST_PROP(RandomSets, SavedCorrectionsAreTheSameInExcellon, ()) {
+  const Runs runs(MeasuringJob(false), Dialect::Excellon);
+  RC_CLASSIFY(!runs.before.errors.empty(), "not executable");
+  RC_CLASSIFY(runs.has_form, "translated");
+  if (!runs.has_form) return;
+  // Targets that G34 forgets are looked for in the source alone, at places that may come again.
+  const double worst_um = distance_um(runs.before, runs.panel, runs.after, runs.panel_after, true);
+  RC_LOG(std::to_string(worst_um));
+  RC_ASSERT(worst_um >= 0);
+  RC_ASSERT(worst_um < kSameFit_um);
+}
+
+/// The only refusals that a program may have in its own language.
+bool is_of_written_out_copy(const std::string& refusal) {
+  return refusal.find("ends with a copy that is written out") != std::string::npos;
+}
+
+RC_GTEST_PROP(RandomSets, SiebMeyerKeepsItsOwnSets, ()) {
+  const Runs runs(MeasuringJob(true), Dialect::SiebMeyer);
+  RC_CLASSIFY(!runs.before.errors.empty(), "not executable");
+  RC_CLASSIFY(runs.has_form, "translated");
+  RC_ASSERT(runs.translation.errors.empty());
+  RC_ASSERT(std::ranges::all_of(runs.translation.losses, is_of_written_out_copy));
+  if (!runs.has_form) return;
+  RC_ASSERT(asks_alike(runs.before, runs.after));
+  const std::string difference = difference_of_work(runs.before, runs.after);
+  RC_LOG(difference);
+  RC_ASSERT(difference.empty());
+}
+
+}  // namespace
+}  // namespace panelcal
