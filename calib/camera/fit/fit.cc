@@ -24,6 +24,8 @@ using internal::CameraState;
 /// Part of a parameter's information that is left when poses, dots and stiffer parameters are free;
 /// less is rounding.
 constexpr double kNoCameraResidual = 1e-10;
+/// Chi square by which, and the part of it, a nested fit may be larger from rounding alone.
+constexpr double kCameraRounding = 1e-6;
 
 tl::unexpected<Diagnostic> camera_data_refused(std::string what, std::string expected) {
   return failure({Code::CalibrationData, {}, std::move(what), std::move(expected)});
@@ -232,7 +234,7 @@ Expected<CameraFit> fit_camera(const CameraData& data, const CameraFitOptions& o
   const CameraInformation information = problem.information(state);
   const auto n_parameters = static_cast<int>(free.size()) + information.n_determined;
   CameraFit fit = camera_report(data, state, problem);
-  fit.form = options.form;
+  fit.form = fit.sufficient = options.form;
   fit.undetermined = open;
   fit.degrees_of_freedom = 2 * static_cast<int>(data.seen.size()) - n_parameters;
   fit.covariance = covariance_of(information.normal, free);
@@ -245,7 +247,9 @@ Expected<CameraFit> fit_camera(const CameraData& data, const CameraFitOptions& o
   return fit;
 }
 
-Expected<CameraFit> choose_camera(const CameraData& data, const CameraFitOptions& options) {
+Expected<CameraFit> choose_camera(const CameraData& data,
+                                  const CameraFitOptions& options,
+                                  int fewest_freedoms) {
   std::vector<CameraFit> fits;
   std::optional<Diagnostic> why_not;
   for (const CameraForm form : kCameraForms) {
@@ -256,16 +260,23 @@ Expected<CameraFit> choose_camera(const CameraData& data, const CameraFitOptions
       if (!why_not) why_not = std::move(fit).error();
       continue;
     }
-    // A form that leaves open more than the form before it is that form again.
-    if (!fits.empty() && fit->undetermined.size() > fits.back().undetermined.size()) continue;
+    if (!fits.empty()) {
+      // A form that leaves open more than the form before it is that form again.
+      if (fit->undetermined.size() > fits.back().undetermined.size()) continue;
+      if (fit->degrees_of_freedom < fewest_freedoms) break;
+      // A softer form that fits worse has not found its minimum.
+      const double stiffer = fits.back().chi_square;
+      if (fit->chi_square > stiffer + kCameraRounding * (1 + stiffer)) continue;
+    }
     fits.push_back(*std::move(fit));
   }
   if (fits.empty()) return failure(*std::move(why_not));
   double least = fits.front().criterion();
   for (const CameraFit& fit : fits) least = std::min(least, fit.criterion());
-  const auto chosen = std::ranges::find_if(
+  const auto sufficient = std::ranges::find_if(
       fits, [&](const CameraFit& fit) { return fit.criterion() <= least + kWorthASofterModel; });
-  return *std::move(chosen);
+  fits.back().sufficient = sufficient->form;
+  return std::move(fits.back());
 }
 
 }  // namespace panelcal

@@ -23,6 +23,9 @@ namespace panelcal {
 /// A fitted camera, and what the data say about it.
 struct CameraFit {
   CameraForm form = CameraForm::Flat;
+  /// The stiffest form whose criterion is within kWorthASofterModel of the least; of a form that
+  /// was asked for, that one.
+  CameraForm sufficient = CameraForm::Flat;
   CameraModel::Parameters parameters;
   CameraModelCovariance covariance = CameraModelCovariance::Zero();  ///< of held ones 0
   /// Parameters of the form that the data leave open; they are held at their start.
@@ -71,10 +74,26 @@ struct CameraFit {
 /// See    tests/calib/camera/fit/fit_test.cc
 Expected<CameraFit> fit_camera(const CameraData& data, const CameraFitOptions& options);
 
-/// Fits all forms whose parameters the data determine and returns the stiffest whose criterion is
-/// within kWorthASofterModel of the least. Its covariance does not count that it was chosen.
+/// Degrees of freedom that a form has to leave: a variance that fewer of them estimate has no
+/// finite mean, nu / (nu - 2), in Student's t.
+inline constexpr int kFewestCameraFreedoms = 3;
+
+/// Fits the softest form whose parameters the data determine; `sufficient` is the stiffest that chi
+/// square would allow. Its covariance is that of a form that no datum chose.
 ///
-/// Fails  as fit_camera, where not even the flat one can be fitted
-Expected<CameraFit> choose_camera(const CameraData& data, const CameraFitOptions& options);
+/// Not the sufficient one, and no average. A lens that is bent by one or two sigmas of k1 passes
+/// for a flat one, and the flat fit's scale is off by as many sigmas of what k1 adds to it, several
+/// of its own: no interval about a form that Akaike's criterion chose holds more than a bound far
+/// below its level (Kabaila and Leeb 2006), and averages of two nested forms gain little over the
+/// interval of the softer one at the same least coverage (Kabaila, Welsh and Abeysekera 2016).
+/// docs/formulation.md, "Calibrations", has the figures of this model.
+///
+/// In     fewest_freedoms: that a softer form than the stiffest has to leave
+/// Fails  as fit_camera, where no form can be fitted
+/// Source Leeb and Poetscher 2005; Kabaila and Leeb 2006; Kabaila, Welsh and Abeysekera 2016
+/// See    tests/calib/camera/fit/choose_test.cc, tests/reference/coverage/camera_draws.py
+Expected<CameraFit> choose_camera(const CameraData& data,
+                                  const CameraFitOptions& options,
+                                  int fewest_freedoms = kFewestCameraFreedoms);
 
 }  // namespace panelcal

@@ -54,11 +54,20 @@ CameraFitOptions fit_options_of(const MachineConfig& config,
   return fit;
 }
 
-/// Ratio of the data's scatter to that of the covariances, as a factor of sigmas.
-Expected<double> excess_of(const CameraData& data, const CameraFitOptions& options) {
-  PANELCAL_TRY(const CameraFit fit, internal::least_scattered_camera(data, options));
-  if (fit.degrees_of_freedom < internal::kFewestFreedoms) return 1.0;
-  return std::sqrt(std::max(1.0, fit.chi_square / fit.degrees_of_freedom));
+/// Enlarges the covariances by what the softest form leaves. A variance that nu degrees of freedom
+/// estimate is as good as one that is nu / (nu - 2) times as large and known.
+Expected<void> count_scatter(CameraFitOptions options, CameraRun& run) {
+  CameraData& data = run.sights.data;
+  options.held_out_every = 0;
+  PANELCAL_TRY(const CameraFit fit, choose_camera(data, options));
+  const int nu = fit.degrees_of_freedom;
+  if (nu < kFewestCameraFreedoms) return {};
+  run.excess = std::sqrt(std::max(1.0, fit.chi_square / nu));
+  run.sigma_factor = std::sqrt(std::max(1.0, fit.chi_square / (nu - 2)));
+  for (CameraObservation& seen : data.seen) {
+    seen.seen.cov *= run.sigma_factor * run.sigma_factor;
+  }
+  return {};
 }
 
 /// A mark without a size in mm has one as soon as there is a scale.
@@ -126,7 +135,9 @@ std::string camera_provenance(const CameraRun& run) {
                   sights.data.seen.size(),
                   sights.data.seen.size() + sights.missed.size(),
                   n_dots == 1 ? "one mark" : fmt::format("a plate of {} dots", n_dots));
-  if (run.excess > 1) text += fmt::format(", sigmas times {:.3g} by their scatter", run.excess);
+  if (run.sigma_factor > 1) {
+    text += fmt::format(", sigmas times {:.3g} by their scatter", run.sigma_factor);
+  }
   return text;
 }
 
@@ -149,10 +160,8 @@ Expected<CameraRun> fit_camera_run(const MachineConfig& config,
   if (!n_left_out) return failure(in_config(config, n_left_out.error()));
   run.n_left_out = *n_left_out;
   PANELCAL_CHECK(check_count(config, run.sights));
-  const auto excess = excess_of(data, fit_options);
-  if (!excess) return failure(in_config(config, excess.error()));
-  run.excess = *excess;
-  for (CameraObservation& seen : data.seen) seen.seen.cov *= run.excess * run.excess;
+  auto counted = count_scatter(fit_options, run);
+  if (!counted) return failure(in_config(config, std::move(counted).error()));
   if (options.form) fit_options.form = *options.form;
   auto fit = options.form ? fit_camera(data, fit_options) : choose_camera(data, fit_options);
   if (!fit) return failure(in_config(config, std::move(fit).error()));
@@ -235,9 +244,15 @@ std::string report(const CameraRun& run) {
   text += fmt::format("  chi square {:.1f} of {} degrees of freedom",
                       run.fit.chi_square,
                       run.fit.degrees_of_freedom);
+  if (run.fit.sufficient != run.fit.form) {
+    text += fmt::format("; a {} camera would do", name(run.fit.sufficient));
+  }
   if (run.excess > 1) {
-    text +=
-        fmt::format("; views scatter {:.2f} times more than stated, which is counted", run.excess);
+    text += fmt::format("; views scatter {:.2f} times more than stated", run.excess);
+  }
+  if (run.sigma_factor > 1) {
+    text += fmt::format("; sigmas grow {:.2f} times by the views' scatter and number",
+                        run.sigma_factor);
   }
   text += "\n";
   text += pictures_report(run.sights.left_out, run.sights.without_tag);
