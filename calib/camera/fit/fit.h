@@ -91,7 +91,7 @@ inline constexpr int kFewestCameraFreedoms = 3;
 /// In     fewest_freedoms: that a softer form than the stiffest has to leave
 /// Fails  as fit_camera, where no form can be fitted
 /// Source Leeb and Poetscher 2005; Kabaila and Leeb 2006; Kabaila, Welsh and Abeysekera 2016
-/// See    tests/calib/camera/fit/choose_test.cc, tests/reference/coverage/camera_draws.py
+/// See    tests/calib/camera/fit/fit_slow_test.cc, tests/reference/coverage/camera_draws.py
 Expected<CameraFit> choose_camera(const CameraData& data,
                                   const CameraFitOptions& options,
                                   int fewest_freedoms = kFewestCameraFreedoms);

@@ -51,7 +51,7 @@ double log_choices(std::size_t n, std::size_t k) {
 }
 
 /// True if the looks that are not kept scatter about the fit of those that are by more than chance
-/// has the worst of so many do: F test with Bonferroni's correction.
+/// allows the worst of all looks: F test with Bonferroni's correction.
 bool is_disproved(const CameraData& data,
                   std::vector<CameraObservation> kept,
                   CameraFitOptions options,
