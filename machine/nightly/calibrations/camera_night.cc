@@ -120,12 +120,14 @@ std::vector<NightGate> CameraNight::gates_of(const CameraRun& run) const {
   const double sigma_mm = um(run.corner_sigma_um).in_mm();
   const double moved_mm = corners_moved_mm(camera(), run.calibration);
   const std::string why = refusal(run);
+  const bool is_sure = sigma_mm <= limits_.sigma;
   return {
       {"corners",
-       sigma_mm <= limits_.sigma,
-       fmt::format("sigma at the picture's corners is {}, limit {}",
+       is_sure,
+       fmt::format("sigma at the picture's corners is {}, limit {}{}",
                    amount(sigma_mm, unit()),
-                   amount(limits_.sigma, unit()))},
+                   amount(limits_.sigma, unit()),
+                   is_sure ? "" : "; a mark that is smaller in the picture shows more of them")},
       {"views", why.empty(), why.empty() ? "the views fit the camera" : why},
       {"change",
        moved_mm <= limits_.change,

@@ -215,10 +215,11 @@ TEST(ChooseCamera, TakesNoFormThatLeavesParametersOpenOrTooFewDegreesOfFreedom) 
   ASSERT_TRUE(radial) << radial.error().text();
   EXPECT_EQ(radial->form, CameraForm::Radial);
   EXPECT_EQ(radial->sufficient, CameraForm::Flat);
-  // 16 views have 32 coordinates, the mark takes 2 of them and a radial camera 3.
-  EXPECT_EQ(radial->degrees_of_freedom, 27);
-  EXPECT_EQ(choose_camera(data, options, 27)->form, CameraForm::Radial);
-  EXPECT_EQ(choose_camera(data, options, 28)->form, CameraForm::Flat);
+  // The mark takes 2 coordinates and a radial camera 3.
+  const int nu = radial->degrees_of_freedom;
+  EXPECT_EQ(nu, 2 * static_cast<int>(data.seen.size()) - 5);
+  EXPECT_EQ(choose_camera(data, options, nu)->form, CameraForm::Radial);
+  EXPECT_EQ(choose_camera(data, options, nu + 1)->form, CameraForm::Flat);
   // Three views have six; a flat camera leaves two, which is all there is.
   data.seen.resize(3);
   const auto flat = choose_camera(data, options);

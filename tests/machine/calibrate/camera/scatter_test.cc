@@ -22,22 +22,42 @@ constexpr double kStated_px = 0.01;
 /// Of a stage that comes back less well than [uncertainty] states.
 constexpr double kNoise_px = 0.05;
 
-/// One mark in per_side^2 views of a flat telecentric camera, with noise.
+constexpr int kWidth_px = 640;
+constexpr int kHeight_px = 480;
+const Eigen::Vector2d kAxis_px(0.5 * (kWidth_px - 1), 0.5 * (kHeight_px - 1));
+
+/// One mark in per_side^2 views of a flat telecentric camera, 60 px from the border and farther in,
+/// with noise.
 MarkSights sights_of(int per_side, double noise_px, std::uint64_t seed) {
   CameraModel::Parameters p = test::straight_camera();
+  p.axis_px = kAxis_px;
   p.focal_px = std::numeric_limits<double>::infinity();
+  const CameraModel camera(p);
   MarkSights sights;
-  sights.data = test::target_views(CameraModel(p), per_side, mm(0));
+  sights.width_px = kWidth_px;
+  sights.height_px = kHeight_px;
+  CameraData& data = sights.data;
+  data.dots = {{position_mm<frame::Plate>(0, 0), false, Length()}};
+  const PlatePose pose{0, {100.03, 79.96}};
+  constexpr double kMargin_px = 60;
+  for (int row = 0; row < per_side; ++row) {
+    for (int column = 0; column < per_side; ++column) {
+      const Eigen::Vector2d part(column / (per_side - 1.0), row / (per_side - 1.0));
+      const Eigen::Vector2d u_px =
+          part.cwiseProduct(2 * (kAxis_px - Eigen::Vector2d::Constant(kMargin_px))) +
+          Eigen::Vector2d::Constant(kMargin_px);
+      const Eigen::Vector2d from_axis_mm = camera(position_px<frame::Image>(u_px)).in_mm();
+      data.views.push_back(
+          {position_mm<frame::Machine>(Eigen::Vector2d(100, 80) - from_axis_mm), 0});
+      sights.names.push_back(fmt::format("view {}", sights.names.size()));
+      test::see(camera, {Eigen::Vector2d(0, 0)}, pose, data.views.size() - 1, data);
+    }
+  }
   Random random(seed);
-  test::add_noise(random, noise_px, sights.data);
-  for (CameraObservation& seen : sights.data.seen) {
+  test::add_noise(random, noise_px, data);
+  for (CameraObservation& seen : data.seen) {
     seen.seen.cov = kStated_px * kStated_px * Eigen::Matrix2d::Identity();
   }
-  for (std::size_t i = 0; i < sights.data.views.size(); ++i) {
-    sights.names.push_back(fmt::format("view {}", i));
-  }
-  sights.width_px = 640;
-  sights.height_px = 480;
   return sights;
 }
 
@@ -57,7 +77,7 @@ TEST(CameraScatter, OfFewViewsGrowsSigmasAsStudentsTDoes) {
   // The covariance is that of the stated noise, times the factor's square.
   CameraFitOptions stated;
   stated.form = CameraForm::Radial;
-  stated.axis_px << 319.5, 239.5;
+  stated.axis_px = kAxis_px;
   const auto plain = fit_camera(sights_of(3, kNoise_px, 21).data, stated);
   ASSERT_TRUE(plain) << plain.error().text();
   EXPECT_NEAR(std::sqrt(run->fit.covariance(0, 0) / plain->covariance(0, 0)),
@@ -91,7 +111,7 @@ TEST(CameraScatter, OfSoundViewsIsNoReasonToLeaveOneOut) {
   for (int trial = 0; trial < kDraws; ++trial) {
     MarkSights sights = sights_of(3, kNoise_px, static_cast<std::uint64_t>(400 + trial));
     CameraFitOptions options;
-    options.axis_px << 319.5, 239.5;
+    options.axis_px = kAxis_px;
     const auto n = internal::leave_out_outliers(options, sights);
     ASSERT_TRUE(n) << n.error().text();
     lost += *n > 0;
@@ -112,10 +132,9 @@ TEST(CameraScatter, DoesNotHideASpeckAmongNineViews) {
   EXPECT_LT(run->excess, 2 * kNoise_px / kStated_px);
 }
 
-TEST(CameraScatter, DoesNotKeepAViewThatNoCameraCanShow) {
-  // So far off that no fit of all views ends.
+TEST(CameraScatter, DoesNotHideAViewOfAnotherMark) {
   MarkSights sights = sights_of(5, kStated_px, 24);
-  move(sights, 7, {1e4, -1e4});
+  move(sights, 7, {300, -200});
   const auto run = fit_camera_run(MachineConfig(), sights, {});
   ASSERT_TRUE(run) << run.error().text();
   EXPECT_EQ(run->n_left_out, 1) << report(*run);
