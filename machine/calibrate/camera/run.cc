@@ -54,12 +54,23 @@ CameraFitOptions fit_options_of(const MachineConfig& config,
   return fit;
 }
 
-/// Enlarges the covariances by what the softest form leaves. A variance that nu degrees of freedom
-/// estimate is as good as one that is nu / (nu - 2) times as large and known.
-Expected<void> count_scatter(CameraFitOptions options, CameraRun& run) {
+/// The form that was asked for, or the softest that the views determine.
+Expected<CameraFit> fit_form(const CameraData& data,
+                             CameraFitOptions options,
+                             const std::optional<CameraForm>& asked) {
+  if (!asked) return choose_camera(data, options);
+  options.form = *asked;
+  return fit_camera(data, options);
+}
+
+/// Enlarges the covariances by what the form that is fitted leaves. A variance that nu degrees of
+/// freedom estimate is as good as one that is nu / (nu - 2) times as large and known.
+Expected<void> count_scatter(CameraFitOptions options,
+                             const std::optional<CameraForm>& asked,
+                             CameraRun& run) {
   CameraData& data = run.sights.data;
   options.held_out_every = 0;
-  PANELCAL_TRY(const CameraFit fit, choose_camera(data, options));
+  PANELCAL_TRY(const CameraFit fit, fit_form(data, options, asked));
   const int nu = fit.degrees_of_freedom;
   if (nu < kFewestCameraFreedoms) return {};
   run.excess = std::sqrt(std::max(1.0, fit.chi_square / nu));
@@ -91,6 +102,18 @@ Expected<void> check_count(const MachineConfig& config, const MarkSights& sights
       config,
       fmt::format("{} of {} pictures show the mark{}", n_seen, n_seen + sights.missed.size(), why),
       fmt::format("{} or more", kFewestViews));
+}
+
+/// A result that could not be read again is no calibration.
+Expected<void> check_readable(const MachineConfig& config, const CameraRun& run) {
+  auto read =
+      parse_camera_calibration(camera_calibration_text(run.calibration), config.file.string());
+  if (read) return {};
+  Diagnostic flaw = std::move(read).error();
+  // Of a soft form as a rule, whose lens nothing holds where no view is.
+  flaw.expected += fmt::format(
+      ": views nearer the corners (a smaller mark), or a stiffer form than {}", name(run.fit.form));
+  return failure(std::move(flaw));
 }
 
 double corner_sigma_um(const CameraCalibration& camera) {
@@ -160,17 +183,14 @@ Expected<CameraRun> fit_camera_run(const MachineConfig& config,
   if (!n_left_out) return failure(in_config(config, n_left_out.error()));
   run.n_left_out = *n_left_out;
   PANELCAL_CHECK(check_count(config, run.sights));
-  auto counted = count_scatter(fit_options, run);
+  auto counted = count_scatter(fit_options, options.form, run);
   if (!counted) return failure(in_config(config, std::move(counted).error()));
-  if (options.form) fit_options.form = *options.form;
-  auto fit = options.form ? fit_camera(data, fit_options) : choose_camera(data, fit_options);
+  auto fit = fit_form(data, fit_options, options.form);
   if (!fit) return failure(in_config(config, std::move(fit).error()));
   run.fit = *std::move(fit);
   run.calibration = calibration_of(
       full_camera(run.fit, options.views.zoom), run.sights.width_px, run.sights.height_px);
-  // A result that could not be read again is no calibration.
-  PANELCAL_CHECK(
-      parse_camera_calibration(camera_calibration_text(run.calibration), config.file.string()));
+  PANELCAL_CHECK(check_readable(config, run));
   run.corner_sigma_um = corner_sigma_um(run.calibration);
   const CameraCalibration* const present = camera_at(config, options.views.zoom);
   run.loses_tilt =
@@ -246,6 +266,9 @@ std::string report(const CameraRun& run) {
                       run.fit.degrees_of_freedom);
   if (run.fit.sufficient != run.fit.form) {
     text += fmt::format("; a {} camera would do", name(run.fit.sufficient));
+  }
+  if (run.fit.wants_views_for) {
+    text += fmt::format("; too few views for a {} camera", name(*run.fit.wants_views_for));
   }
   if (run.excess > 1) {
     text += fmt::format("; views scatter {:.2f} times more than stated", run.excess);

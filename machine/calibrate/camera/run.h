@@ -61,11 +61,11 @@ Expected<CameraRun> calibrate_camera(const MachineConfig& config,
 
 /// Fits the camera to what was seen of a mark or a plate.
 ///
-/// The views' own scatter is taken for what it is: if even the softest form leaves more than the
-/// covariances say, they are enlarged by as much and by nu / (nu - 2), the variance of Student's t,
-/// so that 1.96 sigma hold 95 % also where few degrees of freedom nu estimate the scatter. Before
-/// that, looks that do not fit the others are left out (a speck taken for the mark, a stop that was
-/// missed).
+/// The views' own scatter is taken for what it is: if the form leaves more than the covariances say
+/// (noise, or the misfit of a form that was asked for), they are enlarged by as much and by
+/// nu / (nu - 2), the variance of Student's t, so that 1.96 sigma hold 95 % also where few degrees
+/// of freedom nu estimate the scatter. Before that, looks that do not fit the others are left out
+/// (a speck taken for the mark, a stop that was missed).
 ///
 /// Fails  calibration-data; calibration-invalid (a lens that no reader would accept)
 Expected<CameraRun> fit_camera_run(const MachineConfig& config,

@@ -115,19 +115,28 @@ double corners_moved_mm(const CameraCalibration& before, const CameraCalibration
   return farthest_mm;
 }
 
+/// What would make the corners surer: quieter views if these would do without their scatter, else
+/// views that come nearer to the corners.
+std::string_view advice_for_corners(const CameraRun& run, double sigma_mm, double limit_mm) {
+  if (sigma_mm <= limit_mm) return "";
+  if (sigma_mm <= limit_mm * run.sigma_factor) {
+    return "; the views' scatter makes it so: see what moves stage, mark or camera";
+  }
+  return "; a mark that is smaller in the picture shows more of them";
+}
+
 /// Of the whole camera; its axes are scale and rotation only.
 std::vector<NightGate> CameraNight::gates_of(const CameraRun& run) const {
   const double sigma_mm = um(run.corner_sigma_um).in_mm();
   const double moved_mm = corners_moved_mm(camera(), run.calibration);
   const std::string why = refusal(run);
-  const bool is_sure = sigma_mm <= limits_.sigma;
   return {
       {"corners",
-       is_sure,
+       sigma_mm <= limits_.sigma,
        fmt::format("sigma at the picture's corners is {}, limit {}{}",
                    amount(sigma_mm, unit()),
                    amount(limits_.sigma, unit()),
-                   is_sure ? "" : "; a mark that is smaller in the picture shows more of them")},
+                   advice_for_corners(run, sigma_mm, limits_.sigma))},
       {"views", why.empty(), why.empty() ? "the views fit the camera" : why},
       {"change",
        moved_mm <= limits_.change,
