@@ -305,9 +305,7 @@ Expected<CameraFit> fit_camera(const CameraData& data, const CameraFitOptions& o
   return fit;
 }
 
-Expected<CameraFit> choose_camera(const CameraData& data,
-                                  const CameraFitOptions& options,
-                                  int fewest_freedoms) {
+Expected<CameraFit> choose_camera(const CameraData& data, const CameraFitOptions& options) {
   std::vector<CameraFit> fits;
   std::optional<CameraForm> wants_views;
   std::optional<Diagnostic> why_not;
@@ -322,7 +320,7 @@ Expected<CameraFit> choose_camera(const CameraData& data,
     if (!fits.empty()) {
       // A form that frees no more than the form before it is that form again.
       if (fit->n_free() <= fits.back().n_free()) continue;
-      if (fit->degrees_of_freedom < fewest_freedoms) {
+      if (fit->degrees_of_freedom < kFewestCameraFreedoms) {
         wants_views = form;
         break;
       }

@@ -77,8 +77,8 @@ struct CameraFit {
 /// See    tests/calib/camera/fit/fit_test.cc
 Expected<CameraFit> fit_camera(const CameraData& data, const CameraFitOptions& options);
 
-/// Degrees of freedom that a form has to leave: a variance that fewer of them estimate has no
-/// finite mean, nu / (nu - 2), in Student's t.
+/// Degrees of freedom that a softer form than the stiffest has to leave: a variance that fewer of
+/// them estimate has no finite mean, nu / (nu - 2), in Student's t.
 inline constexpr int kFewestCameraFreedoms = 3;
 
 /// Fits the softest form that the data determine; `sufficient` is the stiffest that chi square
@@ -97,12 +97,9 @@ inline constexpr int kFewestCameraFreedoms = 3;
 /// interval of the softer one at the same least coverage (Kabaila, Welsh and Abeysekera 2016).
 /// docs/formulation.md, "Calibrations", has the figures of this model.
 ///
-/// In     fewest_freedoms: that a softer form than the stiffest has to leave
 /// Fails  as fit_camera, where no form can be fitted
 /// Source Leeb and Poetscher 2005; Kabaila and Leeb 2006; Kabaila, Welsh and Abeysekera 2016
 /// See    tests/calib/camera/fit/fit_slow_test.cc, tests/reference/coverage/camera_draws.py
-Expected<CameraFit> choose_camera(const CameraData& data,
-                                  const CameraFitOptions& options,
-                                  int fewest_freedoms = kFewestCameraFreedoms);
+Expected<CameraFit> choose_camera(const CameraData& data, const CameraFitOptions& options);
 
 }  // namespace panelcal

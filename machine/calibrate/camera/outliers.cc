@@ -18,8 +18,6 @@ namespace {
 
 /// Honest noise of two coordinates is so far off once in 270000.
 constexpr double kCameraOutlierSigmas = 5;
-/// Degrees of freedom that a median is judged by; with fewer, chance would make outliers.
-constexpr int kFewestOutlierFreedoms = 8;
 /// Part of the calibrations without outliers that lose a look.
 constexpr double kSoundLookLost = 1e-3;
 /// Another fit shows an outlier that one bad view hides.
@@ -88,8 +86,9 @@ Expected<int> leave_out_outliers(const CameraFitOptions& options, MarkSights& si
   robust.held_out_every = 0;
   int n_left_out = 0;
   for (int round = 0; round < kCameraOutlierRounds; ++round) {
-    PANELCAL_TRY(const CameraFit fit, choose_camera(sights.data, robust, kFewestOutlierFreedoms));
-    if (fit.degrees_of_freedom < kFewestOutlierFreedoms) break;
+    // By a stiffer form than the one that is fitted, what a lens bends would be an outlier.
+    PANELCAL_TRY(const CameraFit fit, choose_camera(sights.data, robust));
+    if (fit.degrees_of_freedom < kFewestCameraFreedoms) break;
     const std::vector<double> off = sigmas_off(sights.data, fit);
     const double sigma = scatter(off, fit.degrees_of_freedom);
     std::vector<CameraObservation> kept;

@@ -17,8 +17,8 @@ inline constexpr double kHuberSigmas = 1.35;
 /// five standard deviations, those of the detector or of what the median scatters, whichever is
 /// more. The median of a few looks is uncertain itself, so suspects are then held against the fit
 /// of the others (F test, its chance multiplied by the number of ways to choose as many): one in a
-/// thousand calibrations without outliers loses a look. Nothing is left out of so few that their
-/// scatter says nothing.
+/// thousand calibrations without outliers loses a look. The form is the softest that the views
+/// determine, whichever is fitted afterwards: what it cannot follow is no lens.
 ///
 /// Fails  as fit_camera
 /// See    tests/machine/calibrate/camera/scatter_test.cc

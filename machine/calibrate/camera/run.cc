@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "calib/base/statistics/linear_algebra.h"
@@ -150,6 +151,11 @@ bool is_held(const CameraFit& fit, CameraParameter parameter) {
          std::ranges::find(fit.undetermined, parameter) != fit.undetermined.end();
 }
 
+/// True of the two that moves of the stage show, and no place can be told without.
+bool is_from_stage(CameraParameter parameter) {
+  return parameter == CameraParameter::Scale || parameter == CameraParameter::Rotation;
+}
+
 std::string camera_provenance(const CameraRun& run) {
   const MarkSights& sights = run.sights;
   const std::size_t n_dots = sights.data.dots.size();
@@ -193,6 +199,9 @@ Expected<CameraRun> fit_camera_run(const MachineConfig& config,
   PANELCAL_CHECK(check_readable(config, run));
   run.corner_sigma_um = corner_sigma_um(run.calibration);
   const CameraCalibration* const present = camera_at(config, options.views.zoom);
+  if (present == nullptr) {
+    std::ranges::copy_if(run.fit.undetermined, std::back_inserter(run.guessed), is_from_stage);
+  }
   run.loses_tilt =
       present != nullptr && !present->model().parameters().tilt.isZero(0) &&
       (is_held(run.fit, CameraParameter::TiltX) || is_held(run.fit, CameraParameter::TiltY));
@@ -222,6 +231,16 @@ std::string refusal(const CameraRun& run) {
                        n_left_out,
                        n_all,
                        kMaxCameraLeftOut);
+  }
+  if (!run.guessed.empty()) {
+    std::string names;
+    for (const CameraParameter parameter : run.guessed) {
+      names += (names.empty() ? "" : " and the ") + std::string(name(parameter));
+    }
+    return fmt::format(
+        "these views do not determine the {}, and no camera in force has it: several views of each "
+        "pose at known places of the stage do",
+        names);
   }
   if (run.loses_tilt) {
     return "the camera in force is tilted, and these views do not determine how much: without its "

@@ -39,6 +39,8 @@ struct CameraRun {
   double sigma_factor = 1;
   /// Looks that do not fit the others, which are among `sights.missed` then.
   int n_left_out = 0;
+  /// Scale and rotation that neither the views nor a camera in force determine; they are made up.
+  std::vector<CameraParameter> guessed;
   bool loses_tilt = false;  ///< the camera in force has a tilt, which these views leave open
   /// Of the place that the picture's corners are seen at, the worst direction of the worst corner.
   double corner_sigma_um = 0;

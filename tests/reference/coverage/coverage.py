@@ -107,8 +107,8 @@ def report(kind, case, by_seed):
         more = np.array([f["safe"] - t[0] for answers in by_seed for f, t, _ in answers if "safe" in f])
         print("  safe wait too short in %d of %d, longer than needed by %.1f ms in the median, %.1f at most" % (
             np.sum(more < 0), len(more), 1e3 * np.median(more), 1e3 * more.max()))
-    for key in ("form", "open", "excess", "left_out", "aliases"):
-        values = [f[key] for f in found if key in f]
+    for key in ("form", "open", "excess", "left_out", "aliases", "refusal"):
+        values = [f[key] for f in found if f.get(key, "") != ""]
         if values and isinstance(values[0], str):
             print("  %s: %s" % (key, {v: values.count(v) for v in sorted(set(values))}))
         elif values:
