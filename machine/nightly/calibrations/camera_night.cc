@@ -115,12 +115,12 @@ double corners_moved_mm(const CameraCalibration& before, const CameraCalibration
   return farthest_mm;
 }
 
-/// What would make the corners surer: quieter views if these would do without their scatter, else
-/// views that come nearer to the corners.
+/// What would make the corners surer: quieter views where a single one is off by more than the
+/// limit, else views that come nearer to the corners.
 std::string_view advice_for_corners(const CameraRun& run, double sigma_mm, double limit_mm) {
   if (sigma_mm <= limit_mm) return "";
-  if (sigma_mm <= limit_mm * run.sigma_factor) {
-    return "; the views' scatter makes it so: see what moves stage, mark or camera";
+  if (run.fit.rms_px * run.fit.parameters.scale_mm_per_px > limit_mm) {
+    return "; the views scatter by more than that: see what moves stage, mark or camera";
   }
   return "; a mark that is smaller in the picture shows more of them";
 }

@@ -187,16 +187,18 @@ TEST(CameraNight, HoldsWhatViewsOfTheMiddleDoNotSayOfTheCorners) {
   EXPECT_THAT(step.fit_report, testing::Contains(HasSubstr("; a flat camera would do")));
 }
 
-TEST(CameraNight, NamesTheScatterThatMakesTheCornersUnsure) {
-  // Views come near the corners; the stage comes back by 1 um, which nothing states.
+TEST(CameraNight, NamesTheScatterThatNoSmallerMarkCures) {
+  // Views come near the corners; the stage comes back by 1 um along x and y, 1.4 um in all.
   test::PictureNights nights;
   nights.width_px = 480;
   nights.height_px = 420;
-  set_up_camera_nights("sigma_um = 0.5", "rotation_rad = 0.004\n", nights);
+  set_up_camera_nights("sigma_um = 1\n[uncertainty]\nstage_repeatability_um = 1\n",
+                       "rotation_rad = 0.004\n",
+                       nights);
   const auto record = nights.run(4, {});
   ASSERT_TRUE(record) << record.error().text();
-  EXPECT_EQ(refused_gates(record->steps.at(0)), "corners ");
-  EXPECT_THAT(record->verdict, HasSubstr("limit 0.5 um; the views' scatter makes it so"));
+  EXPECT_EQ(refused_gates(record->steps.at(0)), "uncertainty corners ");
+  EXPECT_THAT(record->verdict, HasSubstr("limit 1.0 um; the views scatter by more than that"));
 }
 
 TEST(CameraNight, RefusesOneThatIsNotSureAtTheCorners) {
