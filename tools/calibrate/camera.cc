@@ -29,13 +29,18 @@ Diagnostic camera_usage(std::string what, std::string expected) {
   return {Code::Usage, {std::string(kCalibrateCamera), 0, 0}, std::move(what), std::move(expected)};
 }
 
+/// As --form and calibration files have it.
+std::string word_of(CameraForm form) {
+  std::string word(name(form));
+  std::ranges::replace(word, ' ', '-');
+  return word;
+}
+
 /// A form by its word on the command line; absent for "auto".
 Expected<std::optional<CameraForm>> form_of(const std::string& word) {
   if (word.empty() || word == "auto") return std::nullopt;
   for (const CameraForm form : kCameraForms) {
-    std::string name_of_form(name(form));
-    std::ranges::replace(name_of_form, ' ', '-');
-    if (word == name_of_form) return form;
+    if (word == word_of(form)) return form;
   }
   return failure(camera_usage("--form " + quoted(word),
                               "auto, flat, radial, tilted, tilted-radial or tangential"));
@@ -116,6 +121,8 @@ std::string camera_json(const CameraRun& run,
   json["rms_px"] = run.fit.rms_px;
   if (run.fit.held_out_rms_px) json["held_out_rms_px"] = *run.fit.held_out_rms_px;
   json["excess"] = run.excess;
+  json["sigma_factor"] = run.sigma_factor;
+  json["sufficient_form"] = word_of(run.fit.sufficient);
   json["corner_sigma_um"] = run.corner_sigma_um;
   if (!refused.empty()) json["refusal"] = refused;
   if (entry) json["ledger"] = *entry;

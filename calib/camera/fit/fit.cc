@@ -7,6 +7,7 @@
 #include <span>
 #include <utility>
 
+#include "calib/base/statistics/distributions.h"
 #include "calib/base/statistics/linear_algebra.h"
 #include "calib/camera/fit/problem.h"
 #include "calib/camera/fit/start.h"
@@ -24,6 +25,15 @@ using internal::CameraState;
 /// Part of a parameter's information that is left when poses, dots and stiffer parameters are free;
 /// less is rounding.
 constexpr double kNoCameraResidual = 1e-10;
+/// Chi square by which a nested fit may be larger because the solver stops early, and the part of
+/// it that is rounding. Neither is evidence: one degree of freedom is worth 1.
+constexpr double kSolverStops = 1e-3;
+constexpr double kCameraRounding = 1e-6;
+/// Chance by which a form that suffices is rejected all the same.
+constexpr double kChanceOfSoundForm = 1e-3;
+/// A held-out observation checks a camera that predicts its place within this number of the
+/// observation's own sigmas. A camera less sure is extrapolated there, and its covariance says so.
+constexpr double kHeldOutSigmas = 3;
 
 tl::unexpected<Diagnostic> camera_data_refused(std::string what, std::string expected) {
   return failure({Code::CalibrationData, {}, std::move(what), std::move(expected)});
@@ -127,8 +137,29 @@ CameraModelCovariance covariance_of(const CameraModelCovariance& normal,
   return cov;
 }
 
+/// True where a camera of this covariance predicts an observation well enough to be checked by it.
+bool is_predicted(const CameraModel& camera,
+                  const CameraModelCovariance& cov,
+                  const CameraObservation& seen) {
+  if (!camera.sees(seen.seen.position)) return false;
+  const CameraModelJacobian j = camera.by_parameters(seen.seen.position);
+  const double own_mm2 = std::pow(camera.parameters().scale_mm_per_px, 2) * seen.seen.cov.trace();
+  return (j * cov * j.transpose()).trace() <= kHeldOutSigmas * kHeldOutSigmas * own_mm2;
+}
+
+/// True if chance would not leave the stiffer of two nested fits so much worse; the stated noise is
+/// a lower bound of the data's.
+bool is_rejected(const CameraFit& stiffer, const CameraFit& softer) {
+  const int n_more = stiffer.degrees_of_freedom - softer.degrees_of_freedom;
+  const int nu = softer.degrees_of_freedom;
+  if (n_more < 1 || nu < 1) return false;
+  const double variance = std::max(1.0, softer.chi_square / nu);
+  const double ratio = (stiffer.chi_square - softer.chi_square) / (n_more * variance);
+  return variance_ratio_exceedance(ratio, n_more, nu) < kChanceOfSoundForm;
+}
+
 /// Fits without every k-th observation and looks where those are. Left out too is the check of
-/// those whose pose or dot no other observation shows.
+/// those whose pose or dot no other observation shows, and of those that the others do not predict.
 void hold_out_sights(const CameraData& data,
                      const CameraFitOptions& options,
                      std::span<const CameraParameter> free,
@@ -153,17 +184,43 @@ void hold_out_sights(const CameraData& data,
   CameraProblem problem(data, used, options.huber_sigmas, state.camera);
   if (determined(problem.information(state), free).second.size() > 0) return;
   if (!problem.solve(free, state)) return;
+  const CameraModel camera(state.camera);
+  const CameraModelCovariance cov = covariance_of(problem.information(state).normal, free);
   double sum_px2 = 0;
   for (const std::size_t i : held) {
     const CameraObservation& seen = data.seen[i];
     // Two dots lay a pose; one more is what a look at it can be wrong about.
     const bool is_laid = by_pose[data.views[seen.i_view].i_pose] >= 2;
     if (!is_laid || (by_dot[seen.i_dot] == 0 && !data.dots[seen.i_dot].is_certified)) continue;
-    sum_px2 += problem.residual_px(state, seen).squaredNorm();
+    if (!is_predicted(camera, cov, seen)) continue;
+    const double squared_px2 = problem.residual_px(state, seen).squaredNorm();
+    if (!std::isfinite(squared_px2)) continue;
+    sum_px2 += squared_px2;
     ++fit.n_held_out;
   }
   if (fit.n_held_out == 0) return;
   fit.held_out_rms_px = std::sqrt(sum_px2 / static_cast<double>(fit.n_held_out));
+}
+
+/// The softest fit that leaves no more open than the stiffest does, or a softer one where F tests
+/// reject those before it. From stiff to soft; not empty.
+std::vector<CameraFit>::iterator softest_needed(std::vector<CameraFit>& fits) {
+  auto chosen = fits.begin();
+  for (auto fit = fits.begin(); fit != fits.end(); ++fit) {
+    const bool is_determined = fit->undetermined.size() <= fits.front().undetermined.size();
+    if (is_determined || is_rejected(*chosen, *fit)) chosen = fit;
+  }
+  return chosen;
+}
+
+/// The stiffest whose criterion is within kWorthASofterModel of the least.
+CameraForm sufficient_form(std::span<const CameraFit> fits) {
+  double least = fits.front().criterion();
+  for (const CameraFit& fit : fits) least = std::min(least, fit.criterion());
+  const auto is_worth = [&](const CameraFit& fit) {
+    return fit.criterion() <= least + kWorthASofterModel;
+  };
+  return std::ranges::find_if(fits, is_worth)->form;
 }
 
 CameraFit camera_report(const CameraData& data,
@@ -188,9 +245,12 @@ CameraFit camera_report(const CameraData& data,
 
 }  // namespace
 
+std::size_t CameraFit::n_free() const {
+  return free_parameters(form).size() - undetermined.size();
+}
+
 double CameraFit::criterion() const {
-  const std::size_t n_free = free_parameters(form).size() - undetermined.size();
-  return chi_square + 2 * static_cast<double>(n_free);
+  return chi_square + 2 * static_cast<double>(n_free());
 }
 
 std::string CameraFit::summary() const {
@@ -232,7 +292,7 @@ Expected<CameraFit> fit_camera(const CameraData& data, const CameraFitOptions& o
   const CameraInformation information = problem.information(state);
   const auto n_parameters = static_cast<int>(free.size()) + information.n_determined;
   CameraFit fit = camera_report(data, state, problem);
-  fit.form = options.form;
+  fit.form = fit.sufficient = options.form;
   fit.undetermined = open;
   fit.degrees_of_freedom = 2 * static_cast<int>(data.seen.size()) - n_parameters;
   fit.covariance = covariance_of(information.normal, free);
@@ -247,6 +307,7 @@ Expected<CameraFit> fit_camera(const CameraData& data, const CameraFitOptions& o
 
 Expected<CameraFit> choose_camera(const CameraData& data, const CameraFitOptions& options) {
   std::vector<CameraFit> fits;
+  std::optional<CameraForm> wants_views;
   std::optional<Diagnostic> why_not;
   for (const CameraForm form : kCameraForms) {
     CameraFitOptions of_form = options;
@@ -256,16 +317,24 @@ Expected<CameraFit> choose_camera(const CameraData& data, const CameraFitOptions
       if (!why_not) why_not = std::move(fit).error();
       continue;
     }
-    // A form that leaves open more than the form before it is that form again.
-    if (!fits.empty() && fit->undetermined.size() > fits.back().undetermined.size()) continue;
+    if (!fits.empty()) {
+      // A form that frees no more than the form before it is that form again.
+      if (fit->n_free() <= fits.back().n_free()) continue;
+      if (fit->degrees_of_freedom < kFewestCameraFreedoms) {
+        wants_views = form;
+        break;
+      }
+      // A softer form that fits worse has not found its minimum.
+      const double stiffer = fits.back().chi_square;
+      if (fit->chi_square > stiffer + kSolverStops + kCameraRounding * stiffer) continue;
+    }
     fits.push_back(*std::move(fit));
   }
   if (fits.empty()) return failure(*std::move(why_not));
-  double least = fits.front().criterion();
-  for (const CameraFit& fit : fits) least = std::min(least, fit.criterion());
-  const auto chosen = std::ranges::find_if(
-      fits, [&](const CameraFit& fit) { return fit.criterion() <= least + kWorthASofterModel; });
-  return *std::move(chosen);
+  const auto softest = softest_needed(fits);
+  softest->sufficient = sufficient_form({fits.begin(), softest + 1});
+  softest->wants_views_for = wants_views;
+  return std::move(*softest);
 }
 
 }  // namespace panelcal

@@ -23,21 +23,27 @@ namespace panelcal {
 /// A fitted camera, and what the data say about it.
 struct CameraFit {
   CameraForm form = CameraForm::Flat;
+  /// The stiffest form whose criterion is within kWorthASofterModel of the least; of a form that
+  /// was asked for, that one.
+  CameraForm sufficient = CameraForm::Flat;
   CameraModel::Parameters parameters;
   CameraModelCovariance covariance = CameraModelCovariance::Zero();  ///< of held ones 0
   /// Parameters of the form that the data leave open; they are held at their start.
   std::vector<CameraParameter> undetermined;
+  /// The next softer form, where only the number of observations keeps it from being fitted.
+  std::optional<CameraForm> wants_views_for;
   std::vector<PlatePose> poses;  ///< up to a shift and turn of the whole, if no dot is certified
   std::vector<Position<frame::Plate>> dots;
   std::vector<Displacement<frame::Image>> residuals;  ///< seen minus fitted, as CameraData::seen
   double chi_square = 0;                              ///< by a Huber loss where there is one
   int degrees_of_freedom = 0;
   double rms_px = 0;  ///< of the residuals' lengths
-  /// The same of observations that a second fit did not see.
+  /// The same of observations that a second fit did not see, and whose places it predicts.
   std::optional<double> held_out_rms_px;
   std::size_t n_held_out = 0;
 
   CameraModel model() const { return CameraModel(parameters); }
+  std::size_t n_free() const;  ///< camera parameters that were fitted
   /// chi square + 2 free camera parameters: Akaike's, as in calib/panel/model_choice.h.
   double criterion() const;
   std::string summary() const;  ///< one line
@@ -71,10 +77,29 @@ struct CameraFit {
 /// See    tests/calib/camera/fit/fit_test.cc
 Expected<CameraFit> fit_camera(const CameraData& data, const CameraFitOptions& options);
 
-/// Fits all forms whose parameters the data determine and returns the stiffest whose criterion is
-/// within kWorthASofterModel of the least. Its covariance does not count that it was chosen.
+/// Degrees of freedom that a softer form than the stiffest has to leave: a variance that fewer of
+/// them estimate has no finite mean, nu / (nu - 2), in Student's t.
+inline constexpr int kFewestCameraFreedoms = 3;
+
+/// Fits the softest form that the data determine; `sufficient` is the stiffest that chi square
+/// would allow. Its covariance is that of a form that no datum chose: the number and the places of
+/// the observations do.
 ///
-/// Fails  as fit_camera, where not even the flat one can be fitted
+/// A form that leaves open more than the stiffest does, as all with a tilt do through a telecentric
+/// lens, counts only where an F test rejects the form without its terms (chance 0.001): a
+/// telecentric lens that bends by k2, p1 or p2 as well. Below that a lens may bend by what the test
+/// does not see, and the covariance does not count it.
+///
+/// Not the sufficient one, and no average. A lens that is bent by one or two sigmas of k1 passes
+/// for a flat one, and the flat fit's scale is off by as many sigmas of what k1 adds to it, several
+/// of its own: no interval about a form that Akaike's criterion chose holds more than a bound far
+/// below its level (Kabaila and Leeb 2006), and averages of two nested forms gain little over the
+/// interval of the softer one at the same least coverage (Kabaila, Welsh and Abeysekera 2016).
+/// docs/formulation.md, "Calibrations", has the figures of this model.
+///
+/// Fails  as fit_camera, where no form can be fitted
+/// Source Leeb and Poetscher 2005; Kabaila and Leeb 2006; Kabaila, Welsh and Abeysekera 2016
+/// See    tests/calib/camera/fit/fit_slow_test.cc, tests/reference/coverage/camera_draws.py
 Expected<CameraFit> choose_camera(const CameraData& data, const CameraFitOptions& options);
 
 }  // namespace panelcal

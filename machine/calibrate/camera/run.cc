@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "calib/base/statistics/linear_algebra.h"
@@ -54,11 +55,31 @@ CameraFitOptions fit_options_of(const MachineConfig& config,
   return fit;
 }
 
-/// Ratio of the data's scatter to that of the covariances, as a factor of sigmas.
-Expected<double> excess_of(const CameraData& data, const CameraFitOptions& options) {
-  PANELCAL_TRY(const CameraFit fit, internal::least_scattered_camera(data, options));
-  if (fit.degrees_of_freedom < internal::kFewestFreedoms) return 1.0;
-  return std::sqrt(std::max(1.0, fit.chi_square / fit.degrees_of_freedom));
+/// The form that was asked for, or the softest that the views determine.
+Expected<CameraFit> fit_form(const CameraData& data,
+                             CameraFitOptions options,
+                             const std::optional<CameraForm>& asked) {
+  if (!asked) return choose_camera(data, options);
+  options.form = *asked;
+  return fit_camera(data, options);
+}
+
+/// Enlarges the covariances by what the form that is fitted leaves. A variance that nu degrees of
+/// freedom estimate is as good as one that is nu / (nu - 2) times as large and known.
+Expected<void> count_scatter(CameraFitOptions options,
+                             const std::optional<CameraForm>& asked,
+                             CameraRun& run) {
+  CameraData& data = run.sights.data;
+  options.held_out_every = 0;
+  PANELCAL_TRY(const CameraFit fit, fit_form(data, options, asked));
+  const int nu = fit.degrees_of_freedom;
+  if (nu < kFewestCameraFreedoms) return {};
+  run.excess = std::sqrt(std::max(1.0, fit.chi_square / nu));
+  run.sigma_factor = std::sqrt(std::max(1.0, fit.chi_square / (nu - 2)));
+  for (CameraObservation& seen : data.seen) {
+    seen.seen.cov *= run.sigma_factor * run.sigma_factor;
+  }
+  return {};
 }
 
 /// A mark without a size in mm has one as soon as there is a scale.
@@ -82,6 +103,18 @@ Expected<void> check_count(const MachineConfig& config, const MarkSights& sights
       config,
       fmt::format("{} of {} pictures show the mark{}", n_seen, n_seen + sights.missed.size(), why),
       fmt::format("{} or more", kFewestViews));
+}
+
+/// A result that could not be read again is no calibration.
+Expected<void> check_readable(const MachineConfig& config, const CameraRun& run) {
+  auto read =
+      parse_camera_calibration(camera_calibration_text(run.calibration), config.file.string());
+  if (read) return {};
+  Diagnostic flaw = std::move(read).error();
+  // Of a soft form as a rule, whose lens nothing holds where no view is.
+  flaw.expected += fmt::format(
+      ": views nearer the corners (a smaller mark), or a stiffer form than {}", name(run.fit.form));
+  return failure(std::move(flaw));
 }
 
 double corner_sigma_um(const CameraCalibration& camera) {
@@ -118,6 +151,11 @@ bool is_held(const CameraFit& fit, CameraParameter parameter) {
          std::ranges::find(fit.undetermined, parameter) != fit.undetermined.end();
 }
 
+/// True of the two that moves of the stage show, and no place can be told without.
+bool is_from_stage(CameraParameter parameter) {
+  return parameter == CameraParameter::Scale || parameter == CameraParameter::Rotation;
+}
+
 std::string camera_provenance(const CameraRun& run) {
   const MarkSights& sights = run.sights;
   const std::size_t n_dots = sights.data.dots.size();
@@ -126,7 +164,9 @@ std::string camera_provenance(const CameraRun& run) {
                   sights.data.seen.size(),
                   sights.data.seen.size() + sights.missed.size(),
                   n_dots == 1 ? "one mark" : fmt::format("a plate of {} dots", n_dots));
-  if (run.excess > 1) text += fmt::format(", sigmas times {:.3g} by their scatter", run.excess);
+  if (run.sigma_factor > 1) {
+    text += fmt::format(", sigmas times {:.3g} by their scatter", run.sigma_factor);
+  }
   return text;
 }
 
@@ -149,21 +189,19 @@ Expected<CameraRun> fit_camera_run(const MachineConfig& config,
   if (!n_left_out) return failure(in_config(config, n_left_out.error()));
   run.n_left_out = *n_left_out;
   PANELCAL_CHECK(check_count(config, run.sights));
-  const auto excess = excess_of(data, fit_options);
-  if (!excess) return failure(in_config(config, excess.error()));
-  run.excess = *excess;
-  for (CameraObservation& seen : data.seen) seen.seen.cov *= run.excess * run.excess;
-  if (options.form) fit_options.form = *options.form;
-  auto fit = options.form ? fit_camera(data, fit_options) : choose_camera(data, fit_options);
+  auto counted = count_scatter(fit_options, options.form, run);
+  if (!counted) return failure(in_config(config, std::move(counted).error()));
+  auto fit = fit_form(data, fit_options, options.form);
   if (!fit) return failure(in_config(config, std::move(fit).error()));
   run.fit = *std::move(fit);
   run.calibration = calibration_of(
       full_camera(run.fit, options.views.zoom), run.sights.width_px, run.sights.height_px);
-  // A result that could not be read again is no calibration.
-  PANELCAL_CHECK(
-      parse_camera_calibration(camera_calibration_text(run.calibration), config.file.string()));
+  PANELCAL_CHECK(check_readable(config, run));
   run.corner_sigma_um = corner_sigma_um(run.calibration);
   const CameraCalibration* const present = camera_at(config, options.views.zoom);
+  if (present == nullptr) {
+    std::ranges::copy_if(run.fit.undetermined, std::back_inserter(run.guessed), is_from_stage);
+  }
   run.loses_tilt =
       present != nullptr && !present->model().parameters().tilt.isZero(0) &&
       (is_held(run.fit, CameraParameter::TiltX) || is_held(run.fit, CameraParameter::TiltY));
@@ -193,6 +231,16 @@ std::string refusal(const CameraRun& run) {
                        n_left_out,
                        n_all,
                        kMaxCameraLeftOut);
+  }
+  if (!run.guessed.empty()) {
+    std::string names;
+    for (const CameraParameter parameter : run.guessed) {
+      names += (names.empty() ? "" : " and the ") + std::string(name(parameter));
+    }
+    return fmt::format(
+        "these views do not determine the {}, and no camera in force has it: several views of each "
+        "pose at known places of the stage do",
+        names);
   }
   if (run.loses_tilt) {
     return "the camera in force is tilted, and these views do not determine how much: without its "
@@ -235,9 +283,18 @@ std::string report(const CameraRun& run) {
   text += fmt::format("  chi square {:.1f} of {} degrees of freedom",
                       run.fit.chi_square,
                       run.fit.degrees_of_freedom);
+  if (run.fit.sufficient != run.fit.form) {
+    text += fmt::format("; a {} camera would do", name(run.fit.sufficient));
+  }
+  if (run.fit.wants_views_for) {
+    text += fmt::format("; too few views for a {} camera", name(*run.fit.wants_views_for));
+  }
   if (run.excess > 1) {
-    text +=
-        fmt::format("; views scatter {:.2f} times more than stated, which is counted", run.excess);
+    text += fmt::format("; views scatter {:.2f} times more than stated", run.excess);
+  }
+  if (run.sigma_factor > 1) {
+    text += fmt::format("; sigmas grow {:.2f} times by the views' scatter and number",
+                        run.sigma_factor);
   }
   text += "\n";
   text += pictures_report(run.sights.left_out, run.sights.without_tag);

@@ -21,8 +21,7 @@ namespace panelcal {
 /// Options of a camera's calibration.
 struct CameraRunOptions {
   MarkViews views = {};
-  std::optional<CameraForm> form =
-      {};  ///< absent: the stiffest that the pictures do not contradict
+  std::optional<CameraForm> form = {};  ///< absent: the softest that the pictures determine
   /// Distance of the panel over the scale, from the lens' data sheet; infinite if telecentric.
   /// Absent: that of the camera in force, or telecentric if there is none.
   std::optional<double> focal_px = {};
@@ -34,10 +33,14 @@ struct CameraRun {
   CameraFit fit;
   CameraCalibration calibration;  ///< without date and provenance
   /// By how much the views scatter more than detector and [uncertainty] say; 1 where they do not.
-  /// All sigmas of the result have been multiplied by it.
   double excess = 1;
+  /// The factor by which all sigmas of the result have been multiplied: sqrt(chi square / (nu - 2))
+  /// of nu degrees of freedom, 1 or more.
+  double sigma_factor = 1;
   /// Looks that do not fit the others, which are among `sights.missed` then.
   int n_left_out = 0;
+  /// Scale and rotation that neither the views nor a camera in force determine; they are made up.
+  std::vector<CameraParameter> guessed;
   bool loses_tilt = false;  ///< the camera in force has a tilt, which these views leave open
   /// Of the place that the picture's corners are seen at, the worst direction of the worst corner.
   double corner_sigma_um = 0;
@@ -60,9 +63,11 @@ Expected<CameraRun> calibrate_camera(const MachineConfig& config,
 
 /// Fits the camera to what was seen of a mark or a plate.
 ///
-/// The views' own scatter is taken for what it is before a form is chosen: if even the softest form
-/// leaves more than the covariances say, they are enlarged by as much. Before that, looks that do
-/// not fit the others are left out (a speck taken for the mark, a stop that was missed).
+/// The views' own scatter is taken for what it is: if the form leaves more than the covariances say
+/// (noise, or the misfit of a form that was asked for), they are enlarged by as much and by
+/// nu / (nu - 2), the variance of Student's t, so that 1.96 sigma hold 95 % also where few degrees
+/// of freedom nu estimate the scatter. Before that, looks that do not fit the others are left out
+/// (a speck taken for the mark, a stop that was missed).
 ///
 /// Fails  calibration-data; calibration-invalid (a lens that no reader would accept)
 Expected<CameraRun> fit_camera_run(const MachineConfig& config,

@@ -115,6 +115,16 @@ double corners_moved_mm(const CameraCalibration& before, const CameraCalibration
   return farthest_mm;
 }
 
+/// What would make the corners surer: quieter views where a single one is off by more than the
+/// limit, else views that come nearer to the corners.
+std::string_view advice_for_corners(const CameraRun& run, double sigma_mm, double limit_mm) {
+  if (sigma_mm <= limit_mm) return "";
+  if (run.fit.rms_px * run.fit.parameters.scale_mm_per_px > limit_mm) {
+    return "; the views scatter by more than that: see what moves stage, mark or camera";
+  }
+  return "; a mark that is smaller in the picture shows more of them";
+}
+
 /// Of the whole camera; its axes are scale and rotation only.
 std::vector<NightGate> CameraNight::gates_of(const CameraRun& run) const {
   const double sigma_mm = um(run.corner_sigma_um).in_mm();
@@ -123,9 +133,10 @@ std::vector<NightGate> CameraNight::gates_of(const CameraRun& run) const {
   return {
       {"corners",
        sigma_mm <= limits_.sigma,
-       fmt::format("sigma at the picture's corners is {}, limit {}",
+       fmt::format("sigma at the picture's corners is {}, limit {}{}",
                    amount(sigma_mm, unit()),
-                   amount(limits_.sigma, unit()))},
+                   amount(limits_.sigma, unit()),
+                   advice_for_corners(run, sigma_mm, limits_.sigma))},
       {"views", why.empty(), why.empty() ? "the views fit the camera" : why},
       {"change",
        moved_mm <= limits_.change,

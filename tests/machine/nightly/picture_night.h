@@ -87,6 +87,9 @@ class PictureNights {
   std::chrono::sys_seconds now{std::chrono::seconds(1795302000)};
   std::string nightly = "[nightly]\nmachine_driver = \"sim\"\nmin_disk_mb = 0\n";
   std::string coupon = "A";
+  /// Of the pictures; a hole is 80 px wide.
+  int width_px = 160;
+  int height_px = 140;
 
   Expected<MachineConfig> config() const {
     const std::string toml = fmt::format(R"([machine]
@@ -121,7 +124,7 @@ spindle_camera_offset_mm = [{}, {}]
     PANELCAL_CHECK(write_file(folder_.path() / "machine.toml", toml));
     // A night may have put another one there.
     if (!std::filesystem::exists(camera_file())) {
-      PANELCAL_CHECK(write_camera_calibration(camera_file(), test_camera(160, 140)));
+      PANELCAL_CHECK(write_camera_calibration(camera_file(), test_camera(width_px, height_px)));
     }
     return read_machine_config(folder_.path() / "machine.toml");
   }

@@ -55,6 +55,10 @@ def draw(rng, case):
                 p=tuple(case.get("p_per_px", 0) * rng.standard_normal(2)),
                 tilt=tuple(case.get("tilt_rad", 0) * rng.standard_normal(2)),
                 focal=case["focal_px"] if tilted else np.inf)
+    if "p_from_to_per_px" in case:
+        lens.p = tuple(rng.choice([-1, 1], 2) * rng.uniform(*case["p_from_to_per_px"], 2))
+    if "k2_from_to_per_px4" in case:
+        lens.k2 = rng.choice([-1, 1]) * rng.uniform(*case["k2_from_to_per_px4"])
     mark = np.array([120.0, 80.0]) + rng.uniform(-0.1, 0.1, 2)
     lines = [f"picture {WIDTH_PX} {HEIGHT_PX}"]
     if tilted:
@@ -88,5 +92,10 @@ CASES = {
                                        focal_px=5000, tilt_rad=6e-4),
     "lens off centre, 25 looks": dict(per_side=5, noise_px=0.02, stated_px=0.02, k1_sigma=4.5e-10, k1_sigmas=4,
                                       focal_px=5000, tilt_rad=6e-4, p_per_px=4e-8),
+    # A telecentric lens: what is softer than k1 counts where an F test shows it, so these show it.
+    "telecentric, far off centre, 25 looks": dict(per_side=5, noise_px=0.02, stated_px=0.02, k1_sigma=4.5e-10,
+                                                  k1_sigmas=4, p_from_to_per_px=(3e-7, 1e-6)),
+    "telecentric, k2 of 1..3 px, 25 looks": dict(per_side=5, noise_px=0.02, stated_px=0.02, k1_sigma=4.5e-10,
+                                                 k1_sigmas=4, k2_from_to_per_px4=(1e-13, 3e-13)),
 }
 NAMES = ["scale", "rotation"] + [f"K {i} {c}" for i in (1, 2, 3) for c in "xy"]

@@ -25,10 +25,6 @@ import trial_draws
 KINDS = {"spindle-camera": spindle_draws, "camera": camera_draws, "table": table_draws, "settle": settle_draws,
          "focus": trial_draws.Focus}
 
-# `calibrate camera` keeps the covariance of the form it chooses as if that were known: where k1 is barely seen, its
-# intervals hold 21 to 73 % of 95. Counted with --kind camera, and no gate until that is mended.
-ASKED_FOR = {"camera"}
-
 SIGMAS_95 = 1.959964
 
 
@@ -111,8 +107,8 @@ def report(kind, case, by_seed):
         more = np.array([f["safe"] - t[0] for answers in by_seed for f, t, _ in answers if "safe" in f])
         print("  safe wait too short in %d of %d, longer than needed by %.1f ms in the median, %.1f at most" % (
             np.sum(more < 0), len(more), 1e3 * np.median(more), 1e3 * more.max()))
-    for key in ("form", "open", "excess", "left_out", "aliases"):
-        values = [f[key] for f in found if key in f]
+    for key in ("form", "open", "excess", "left_out", "aliases", "refusal"):
+        values = [f[key] for f in found if f.get(key, "") != ""]
         if values and isinstance(values[0], str):
             print("  %s: %s" % (key, {v: values.count(v) for v in sorted(set(values))}))
         elif values:
@@ -137,7 +133,7 @@ def main():
     seeds = [int(s) for s in options.seeds.split(",")]
     is_good = True
     with ThreadPoolExecutor(options.jobs) as pool:
-        for kind in [options.kind] if options.kind else (k for k in KINDS if k not in ASKED_FOR):
+        for kind in [options.kind] if options.kind else KINDS:
             n_held = n_all = 0
             for case in (c for c in KINDS[kind].CASES if options.case in c):
                 if options.quick and KINDS[kind].CASES[case].get("is_slow"):

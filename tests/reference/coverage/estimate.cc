@@ -113,10 +113,11 @@ std::string camera(const Draw& draw) {
   }
   return estimates(value,
                    sigma,
-                   fmt::format(R"(, "form": "{}", "excess": {}, "left_out": {})",
+                   fmt::format(R"(, "form": "{}", "excess": {}, "left_out": {}, "refusal": "{}")",
                                name(run->fit.form),
                                run->excess,
-                               run->n_left_out));
+                               run->n_left_out,
+                               refusal(*run)));
 }
 
 /// hole x y approach_x approach_y; view x y approach_x approach_y seen_x seen_y cxx cxy cyy

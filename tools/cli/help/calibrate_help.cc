@@ -23,17 +23,22 @@ give to circle centres is part of the model. Recorded pictures are one mark's, a
 images.csv say where the axis stood (docs/formats/picture_folder.md); a vision tool in pixels needs
 no [camera], so that a camera can be calibrated for the first time.
 
---form auto takes the stiffest form that the views do not contradict. A tilt shows only if
---focal-px states how near the lens is; with a telecentric lens a tilt and a stretch look alike.
+--form auto takes the softest form that the views determine, and the report names the stiffer one
+that would do, or the softer one that more views would show. A tilt shows only if --focal-px states
+how near the lens is; with a telecentric lens a tilt and a stretch look alike, and k2, p1 and p2 are
+fitted only where an F test shows them.
 A plate of dots, with or without AprilTags (--plate, see `panelcal calibrate table --help`), does as
 well as one mark; the present [camera] says where its dots are expected.
 Parameters that the views do not determine are named and held. If the views scatter more than the
-detector and [uncertainty] stage_repeatability_um state, every sigma grows by that factor. Held-out:
-every fifth view is predicted from the others. Outliers among the views are left out and named.
+detector and [uncertainty] stage_repeatability_um state, every sigma grows by that factor, and more
+where few views estimate it; the misfit of a form that --form takes counts as scatter. Held-out:
+every fifth view is predicted from the others, where they determine its place. A view that the
+others prove to be an outlier is left out and named.
 
 Refused (exit 1, and no calibration is written) is a camera that more than a quarter of the views
-were left out of, that is more than 5 um beside held-out views, or whose views scatter more than 25
-times what was stated; --force writes it. --install records it in [ledger] file, refused or not,
+were left out of, that is more than 5 um beside held-out views, whose views scatter more than 25
+times what was stated, or whose scale or rotation neither the views nor the present [camera]
+determine; --force writes it. --install records it in [ledger] file, refused or not,
 with the digests of machine.toml, pictures and plate, and then writes [camera] calibration from
 there. The spindle-camera offset goes with the camera: calibrate it again then.
 

@@ -119,7 +119,7 @@ class CalibrateCommandLine {
     command->add_option("--form",
                         o.form,
                         "auto, flat, radial, tilted, tilted-radial or tangential (default: auto, "
-                        "the stiffest that the views do not contradict)");
+                        "the softest that the views determine)");
     command->add_option("--focal-px",
                         o.focal_px,
                         "Distance of the panel over the scale, px (default: a telecentric lens)");

@@ -2,6 +2,7 @@
 // Does the camera fit err as it says? Seeded draws around known truth.
 #include <cmath>
 #include <iostream>
+#include <limits>
 
 #include "calib/camera/fit/fit.h"
 #include <Eigen/Cholesky>
@@ -118,7 +119,42 @@ TEST(CameraFitStatistics, AnUncertifiedPlateErrsAsItsCovarianceSays) {
   EXPECT_TRUE(chi_square_agrees(errors, dof));
 }
 
-TEST(ChooseCameraStatistics, IsSofterThanTheTruthOnlyNowAndThen) {
+TEST(ChooseCameraStatistics, HoldsTheScaleWhereAFlatCameraWouldDo) {
+  // A lens bent by one and a half sigmas of k1: Akaike's criterion allows the flat form in most
+  // draws, and with that form 95 % intervals held the scale in three of ten.
+  CameraModel::Parameters p = test::straight_camera();
+  p.focal_px = std::numeric_limits<double>::infinity();
+  CameraData straight = test::target_views(CameraModel(p), 5, mm(0));
+  Random none(1);
+  test::add_noise(none, kNoise_px, straight);
+  CameraFitOptions options = options_for(p);
+  options.form = CameraForm::Radial;
+  options.held_out_every = 0;
+  const auto radial = fit_camera(straight, options);
+  ASSERT_TRUE(radial) << radial.error().text();
+  constexpr auto kK1 = static_cast<Eigen::Index>(CameraParameter::K1);
+  p.k1_per_px2 = 1.5 * std::sqrt(radial->covariance(kK1, kK1));
+  const CameraData exact = test::target_views(CameraModel(p), 5, mm(0));
+  constexpr int kDraws = 400;
+  int inside = 0;
+  int would_do = 0;
+  for (int trial = 0; trial < kDraws; ++trial) {
+    Random random(static_cast<std::uint64_t>(9000 + trial));
+    CameraData data = exact;
+    test::add_noise(random, kNoise_px, data);
+    const auto fit = choose_camera(data, options);
+    ASSERT_TRUE(fit) << fit.error().text();
+    would_do += fit->sufficient == CameraForm::Flat;
+    const double error = fit->parameters.scale_mm_per_px - p.scale_mm_per_px;
+    inside += std::abs(error) <= 1.96 * std::sqrt(fit->covariance(0, 0));
+  }
+  std::cout << inside << " of " << kDraws << " held, flat would do in " << would_do << "\n";
+  EXPECT_GT(would_do, kDraws / 2);
+  EXPECT_GE(inside, 0.92 * kDraws);
+  EXPECT_LE(inside, 0.98 * kDraws);
+}
+
+TEST(ChooseCameraStatistics, CallsASofterFormNeededOnlyNowAndThen) {
   CameraModel::Parameters p = test::straight_camera();
   const CameraData exact = test::plate_views(CameraModel(p), mm(0));
   CameraFitOptions options = options_for(p);
@@ -131,7 +167,7 @@ TEST(ChooseCameraStatistics, IsSofterThanTheTruthOnlyNowAndThen) {
     test::add_noise(random, kNoise_px, data);
     const auto fit = choose_camera(data, options);
     ASSERT_TRUE(fit) << fit.error().text();
-    softer += fit->form != CameraForm::Flat;
+    softer += fit->sufficient != CameraForm::Flat;
   }
   std::cout << softer << " of " << kDraws << " softer\n";
   // k1 gains 4 by chance once in 22, each further form less; all together once in 7 or so.

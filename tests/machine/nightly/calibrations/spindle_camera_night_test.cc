@@ -104,9 +104,13 @@ TEST(SpindleCameraNight, NeverDrillsIntoRowsThatTheLedgerHas) {
 
 TEST(CameraNight, ComesBeforeTheOffsetAndIsInstalledForIt) {
   test::PictureNights nights;
+  // Views of the mark have to come near the corners, for k1 to be known there.
+  nights.width_px = 480;
+  nights.height_px = 420;
   nights.nightly =
       "[nightly]\nmachine_driver = \"sim\"\nmin_disk_mb = 0\nmark_mm = [280, 100]\n"
-      "calibrate = [\"spindle-camera\", \"camera\"]\n";
+      "calibrate = [\"spindle-camera\", \"camera\"]\n"
+      "[uncertainty]\nstage_repeatability_um = 1\n";
   auto record = nights.run(4, {});
   ASSERT_TRUE(record) << record.error().text();
   ASSERT_EQ(exit_code(*record), 0) << record->verdict;
@@ -116,9 +120,9 @@ TEST(CameraNight, ComesBeforeTheOffsetAndIsInstalledForIt) {
   const auto camera = read_camera_calibration(nights.camera_file());
   ASSERT_TRUE(camera) << camera.error().text();
   ASSERT_TRUE(camera->full);
-  // Half the diagonal of 160 x 140 px at 10 um; the turn is 4 mrad.
+  // Half the diagonal of the picture at 10 um a pixel; the turn is 4 mrad.
   const NightStep& step = record->steps[0];
-  const double radius_mm = 0.01 * 0.5 * std::hypot(160.0, 140.0);
+  const double radius_mm = 0.01 * 0.5 * std::hypot(nights.width_px, nights.height_px);
   EXPECT_NEAR(*step.axes[0].new_value, radius_mm, 5 * *step.axes[0].new_sigma);
   EXPECT_NEAR(*step.axes[1].new_value, 0.004 * radius_mm, 5 * *step.axes[1].new_sigma);
   EXPECT_LT(*step.axes[0].new_sigma, 0.003);
@@ -166,6 +170,35 @@ TEST(CameraNight, HoldsALensThatHasChangedThoughScaleAndRotationHaveNot) {
   EXPECT_THAT(refused_gates(record->steps[0]), HasSubstr("change")) << record->verdict;
   EXPECT_THAT(record->verdict, HasSubstr("corner of the picture"));
   EXPECT_EQ(read_file(nights.camera_file()).value_or("none"), before.value_or("nothing"));
+}
+
+TEST(CameraNight, HoldsWhatViewsOfTheMiddleDoNotSayOfTheCorners) {
+  // The mark fills more than half of the picture: its views are up to 25 px from the axis, the
+  // corner is 106 px from it. What k1 does there is a guess, though a flat camera would do.
+  test::PictureNights nights;
+  set_up_camera_nights("", "rotation_rad = 0.004\n", nights);
+  ASSERT_TRUE(nights.config());
+  const auto record = nights.run(4, {});
+  ASSERT_TRUE(record) << record.error().text();
+  const NightStep& step = record->steps.at(0);
+  EXPECT_EQ(step.state, NightState::Held);
+  EXPECT_EQ(refused_gates(step), "corners ");
+  EXPECT_THAT(record->verdict, HasSubstr("limit 3.0 um; a mark that is smaller in the picture"));
+  EXPECT_THAT(step.fit_report, testing::Contains(HasSubstr("; a flat camera would do")));
+}
+
+TEST(CameraNight, NamesTheScatterThatNoSmallerMarkCures) {
+  // Views come near the corners; the stage comes back by 1 um along x and y, 1.4 um in all.
+  test::PictureNights nights;
+  nights.width_px = 480;
+  nights.height_px = 420;
+  set_up_camera_nights("sigma_um = 1\n[uncertainty]\nstage_repeatability_um = 1\n",
+                       "rotation_rad = 0.004\n",
+                       nights);
+  const auto record = nights.run(4, {});
+  ASSERT_TRUE(record) << record.error().text();
+  EXPECT_EQ(refused_gates(record->steps.at(0)), "uncertainty corners ");
+  EXPECT_THAT(record->verdict, HasSubstr("limit 1.0 um; the views scatter by more than that"));
 }
 
 TEST(CameraNight, RefusesOneThatIsNotSureAtTheCorners) {
