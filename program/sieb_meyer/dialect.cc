@@ -6,31 +6,16 @@
 #include "program/sieb_meyer/interpreter/interpreter.h"
 #include "program/sieb_meyer/sections/subprograms.h"
 #include "program/sieb_meyer/text/file_layout.h"
-#include <fmt/format.h>
 
 namespace panelcal::sieb_meyer {
 namespace {
-
-/// The manual leaves formats with other units (FP) to another one.
-void refuse_format(const Program& program, DiagnosticLog& log) {
-  const ReadOptions& reading = program.reading;
-  const PartialFormat& forced = reading.forced_format;
-  const bool is_inch = reading.last_format.unit == LengthUnit::Inch;
-  if (forced.is_empty() && !is_inch) return;
-  log.add({Code::NotSupported,
-           {program.source.file, layout_of(program).head_line, 1},
-           fmt::format("{} does not hold for SIEB & MEYER programs",
-                       forced.is_empty() ? "units = \"inch\" of [program]" : forced.from),
-           "a program in " + program.number_summary()});
-}
 
 class SiebMeyerDialect final : public ProgramDialect {
  public:
   Dialect id() const override { return Dialect::SiebMeyer; }
   bool begins(std::string_view bytes) const override { return is_program(bytes); }
   void read(Program& program, DiagnosticLog& log) const override {
-    program.head = std::make_shared<FileLayout>(read_layout(program.source, log));
-    refuse_format(program, log);
+    program.head = std::make_shared<FileLayout>(read_layout(program.source, log, program.reading));
     program.patterns = read_subprograms(program.source.bytes, program.reading.pattern_folders);
   }
   std::optional<std::size_t> walk(const Program& program,

@@ -135,6 +135,7 @@ class Interpreter {
   void run_block(const Block& block);
   void run_order(const Block& block, const Order& order);
   void prepare(const Block& block, const Order& order);
+  void judge_feed(const Block& block, Feed feed);
   bool holds_only(const Block& block, const Order& order, std::uint32_t known);
   void move_or_measure(const Block& block, const Order& order);
   void call_or_write(const Block& block, const Order& order);
@@ -242,6 +243,9 @@ class Interpreter {
   bool obey_placement(const Block& block, const CncCommand& command);
   bool obey_surface(const Block& block, const CncCommand& command);
   void refuse_cnc(const Block& block, std::string expected);
+  bool states_own_format(const CncCommand& command) const;
+  /// A number of a CNC command, in the unit of the program.
+  double in_mm(double number) const { return number * format_.one_unit().in_mm(); }
   void set_program_zero(const Block& block, std::string_view argument, bool is_set);
   void set_axis_version(const Block& block, std::string_view argument);
   bool is_decided(int line);
@@ -264,7 +268,7 @@ class Interpreter {
   const FileLayout& layout_;
   const WalkOptions& options_;
   TrialExecution* trial_;
-  FileFormat format_;
+  ProgramFormat format_;
   PlainReader plain_;
   Reporter reporter_;
   Measuring measuring_;
@@ -289,6 +293,7 @@ class Interpreter {
   Placement placement_;  ///< of the copy, without scale and rotation
   bool deletes_blocks_;
   bool warned_slash_ = false;
+  bool warned_feed_ = false;  ///< of its unit in a program in inch
   bool ended_ = false;
 
   Modal modal_;

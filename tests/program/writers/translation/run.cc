@@ -80,11 +80,14 @@ class WorkReader {
 
 }  // namespace
 
-WorkRun run_on(MeasurementSource& panel, const std::string& text, const WalkOptions& options) {
+WorkRun run_on(MeasurementSource& panel,
+               const std::string& text,
+               const WalkOptions& options,
+               const ReadOptions& reading) {
   const WalkOptions whole = with_whole_cycles(options);
   DiagnosticLog log;
   WorkRun run;
-  const Program program = load_program({"p", text}, log);
+  const Program program = load_program({"p", text}, log, reading);
   const Survey found = survey(program, whole, panel, log);
   if (!log.has_errors()) {
     EventRecorder recorder;
@@ -97,17 +100,22 @@ WorkRun run_on(MeasurementSource& panel, const std::string& text, const WalkOpti
   return run;
 }
 
-WorkRun run_nominally(const std::string& text, const WalkOptions& options) {
+WorkRun run_nominally(const std::string& text,
+                      const WalkOptions& options,
+                      const ReadOptions& reading) {
   NominalSource panel;
-  return run_on(panel, text, options);
+  return run_on(panel, text, options, reading);
 }
 
-Translation translate(const std::string& text, Dialect to, const WalkOptions& options) {
+Translation translate(const std::string& text,
+                      Dialect to,
+                      const WalkOptions& options,
+                      const ReadOptions& reading) {
   WalkOptions walk = with_whole_cycles(options);
   DiagnosticLog log;
   Translation translation;
   NominalSource source;
-  const Program program = load_program({"p", text}, log);
+  const Program program = load_program({"p", text}, log, reading);
   const Survey found = survey(program, walk, source, log);
   StringSink bytes;
   // With all digits: what is compared here is the work, not its rounding.

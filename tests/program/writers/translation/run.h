@@ -16,9 +16,14 @@ struct WorkRun {
   std::vector<Event> events;
   std::vector<std::string> errors;
 };
-WorkRun run_on(MeasurementSource& panel, const std::string& text, const WalkOptions& options = {});
+WorkRun run_on(MeasurementSource& panel,
+               const std::string& text,
+               const WalkOptions& options = {},
+               const ReadOptions& reading = {});
 /// On a perfect panel.
-WorkRun run_nominally(const std::string& text, const WalkOptions& options = {});
+WorkRun run_nominally(const std::string& text,
+                      const WalkOptions& options = {},
+                      const ReadOptions& reading = {});
 
 /// A program in the other language, or in its own.
 struct Translation {
@@ -27,7 +32,10 @@ struct Translation {
   std::vector<std::string> errors;  ///< of the walk
   bool is_refused = false;          ///< something that decides places or depths has no form
 };
-Translation translate(const std::string& text, Dialect to, const WalkOptions& options = {});
+Translation translate(const std::string& text,
+                      Dialect to,
+                      const WalkOptions& options = {},
+                      const ReadOptions& reading = {});
 
 /// Events that are left in every translation: holes, slots, contours with the side that they are
 /// compensated on. Moves that lead nowhere, and step slots, which SIEB & MEYER has not, are left

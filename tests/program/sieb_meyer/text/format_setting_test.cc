@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whose word counts: that of the digits behind %%, of --format, or of the control's setting.
+#include "program/sieb_meyer/text/format_setting.h"
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/matchers.h"
+
+namespace panelcal::sieb_meyer {
+namespace {
+
+using test::Reports;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+PartialFormat stated(std::string_view text, std::string from) {
+  PartialFormat format;
+  if (text.empty()) return format;
+  format = *parse_format(text);
+  format.from = std::move(from);
+  return format;
+}
+
+struct Choice {
+  std::string summary;
+  std::string evidence;
+  std::vector<std::string> diagnostics;
+};
+
+/// In     option: of --format; setting: of [program]; both may be empty
+Choice choose(std::string_view mark, std::string_view option, std::string_view setting = "") {
+  const auto known = parse_format_mark(mark);
+  EXPECT_TRUE(known) << mark;
+  if (!known) return {};
+  const ReadOptions reading{.forced_format = stated(option, "--format " + std::string(option)),
+                            .last_format = stated(setting, "[program]")};
+  DiagnosticLog log;
+  const Reporter reporter("p.ss", log);
+  const FormatChoice choice = choose_format(*known, mark, 2, 1, reading, reporter);
+  Choice out{summary(choice.format), choice.evidence, {}};
+  for (const Diagnostic& diagnostic : log.kept()) out.diagnostics.push_back(diagnostic.text());
+  return out;
+}
+
+// --- what a mark states --------------------------------------------------------------------------
+
+TEST(FormatMark, NamesOneOfThreeFormatsOrItsSpecialCases) {
+  EXPECT_EQ(parse_format_mark("%%")->file, FileFormat::F1000);
+  EXPECT_EQ(parse_format_mark("%%")->setting, "");
+  EXPECT_EQ(parse_format_mark("%%1000")->file, FileFormat::F1000);
+  EXPECT_EQ(parse_format_mark("%%3000")->file, FileFormat::F3000);
+  EXPECT_EQ(parse_format_mark("%%5000")->setting, "5000");
+  EXPECT_FALSE(parse_format_mark("%%5000")->is_special);
+  EXPECT_TRUE(parse_format_mark("%%5001")->is_special);
+  EXPECT_EQ(parse_format_mark("%%3010")->file, FileFormat::F3000);
+  EXPECT_TRUE(parse_format_mark("%%1010")->is_special);
+}
+
+TEST(FormatMark, IsNothingElse) {
+  for (const char* const text :
+       {"", "%5000", "%%500", "%%50000", "%%5011", "%%4000", "%%0001", "%%A", "%% 5000"}) {
+    EXPECT_FALSE(parse_format_mark(text)) << text;
+  }
+}
+
+// --- the program's own ---------------------------------------------------------------------------
+
+/// "When the program is loaded another format than the default format is used."
+TEST(FormatChoice, TheDigitsOfTheMarkRuleOverTheControl) {
+  for (const char* const setting : {"", "metric", "lz", "metric,lz,4.2", "2.4"}) {
+    const Choice choice = choose("%%5000", "", setting);
+    EXPECT_EQ(choice.summary, "format 5000, 0.001 mm without a decimal point") << setting;
+    EXPECT_THAT(choice.diagnostics, IsEmpty()) << setting;
+  }
+}
+
+TEST(FormatChoice, AMarkInMillimetresIsObeyedOnAControlInInchWithAWarning) {
+  for (const char* const setting : {"inch", "inch,tz,2.4"}) {
+    const Choice choice = choose("%%3000", "", setting);
+    EXPECT_EQ(choice.summary, "format 3000, 0.001 mm without a decimal point");
+    EXPECT_THAT(choice.diagnostics,
+                ElementsAre(Reports("p.ss:2:1: warning[format-overridden]", "[program]")));
+  }
+  EXPECT_THAT(choose("%%3000", "metric", "inch").diagnostics, IsEmpty());
+}
+
+// --- --format ------------------------------------------------------------------------------------
+
+TEST(FormatChoice, TheOptionRulesOverTheMarkWithAWarning) {
+  const auto overridden = ElementsAre(Reports("p.ss:2:1: warning[format-overridden]", "--format"));
+  Choice choice = choose("%%5000", "inch");
+  EXPECT_EQ(choice.summary, "format 5000 in inch, 0.0001 inch without a decimal point");
+  EXPECT_EQ(choice.evidence, "--format inch");
+  EXPECT_THAT(choice.diagnostics, overridden);
+  choice = choose("%%5000", "inch,lz,2.3");
+  EXPECT_EQ(choice.summary,
+            "format 5000 in inch, 2.3 digits from the left without a decimal point");
+  EXPECT_THAT(choice.diagnostics, overridden);
+  choice = choose("%%3000", "3.4");
+  EXPECT_EQ(choice.summary, "format 3000, 0.0001 mm without a decimal point");
+  EXPECT_THAT(choice.diagnostics, overridden);
+}
+
+TEST(FormatChoice, AnOptionThatStatesTheSameIsNoContradiction) {
+  for (const char* const option : {"metric", "tz", "metric,tz,3.3", "4.3"}) {
+    EXPECT_THAT(choose("%%5000", option).diagnostics, IsEmpty()) << option;
+  }
+}
+
+TEST(FormatChoice, TheDigitsOfAnOptionInInchAreThoseOfAControlInInch) {
+  const Choice choice = choose("%%5000", "inch", "inch,2.3");
+  EXPECT_EQ(choice.summary, "format 5000 in inch, 0.001 inch without a decimal point");
+  EXPECT_EQ(choice.evidence, "--format inch and [program]");
+  EXPECT_EQ(choose("%%5000", "inch", "metric,4.2").summary,
+            "format 5000 in inch, 0.0001 inch without a decimal point");
+}
+
+/// It has no decimal points, and its step in inch is not known.
+TEST(FormatChoice, Format1000InInchNeedsDigits) {
+  EXPECT_THAT(choose("%%1000", "inch").diagnostics,
+              ElementsAre(Reports("p.ss:2:1: error[format-ambiguous]", "\"%%1000\"")));
+  const Choice choice = choose("%%1000", "inch,2.3");
+  EXPECT_EQ(choice.summary, "format 1000 in inch, 0.001 inch, no decimal points");
+  EXPECT_THAT(choice.diagnostics,
+              ElementsAre(Reports("p.ss:2:1: warning[format-overridden]", "\"%%1000\"")));
+}
+
+// --- the control's setting -----------------------------------------------------------------------
+
+TEST(FormatChoice, AMarkWithoutDigitsLeavesTheNumbersToTheControl) {
+  EXPECT_THAT(choose("%%", "").diagnostics, IsEmpty());
+  EXPECT_EQ(choose("%%", "").summary, "format 1000, 0.01 mm, no decimal points");
+  const Choice choice = choose("%%", "", "inch,tz,2.3");
+  EXPECT_EQ(choice.summary, "format 1000 in inch, 0.001 inch, no decimal points");
+  EXPECT_EQ(choice.evidence, "[program]");
+  EXPECT_THAT(choice.diagnostics,
+              ElementsAre(Reports("p.ss:2:1: warning[format-assumed]", "[program]")));
+  EXPECT_THAT(choose("%%", "", "metric,tz,3.2").diagnostics, IsEmpty());
+  EXPECT_THAT(choose("%%", "", "inch").diagnostics,
+              ElementsAre(Reports("p.ss:2:1: error[format-ambiguous]", "\"%%\"")));
+}
+
+TEST(FormatChoice, TheOptionRulesOverTheControl) {
+  const Choice choice = choose("%%", "metric,tz,3.3", "inch,lz,2.4");
+  EXPECT_EQ(choice.summary, "format 1000, 0.001 mm, no decimal points");
+  EXPECT_THAT(choice.diagnostics, IsEmpty());
+}
+
+/// "Other units are special cases and not considered in this manual (Formats xx01 to xx10)."
+TEST(FormatChoice, SpecialFormatsNeedAUnitZerosAndDigits) {
+  for (const char* const setting : {"", "inch", "inch,tz", "inch,2.4", "tz,2.4"}) {
+    EXPECT_THAT(choose("%%5001", "", setting).diagnostics,
+                ElementsAre(Reports("p.ss:2:1: error[command-format]", "\"%%5001\"")))
+        << setting;
+  }
+  Choice choice = choose("%%5001", "", "inch,tz,2.4");
+  EXPECT_EQ(choice.summary, "format 5000 in inch, 0.0001 inch without a decimal point");
+  EXPECT_EQ(choice.evidence, "[program]");
+  EXPECT_THAT(choice.diagnostics, IsEmpty());
+  choice = choose("%%3002", "inch", "tz,2.4");
+  EXPECT_EQ(choice.summary, "format 3000 in inch, 0.0001 inch without a decimal point");
+  EXPECT_EQ(choice.evidence, "--format inch and [program]");
+  EXPECT_THAT(choose("%%1003", "metric,lz,3.2").diagnostics, IsEmpty());
+}
+
+}  // namespace
+}  // namespace panelcal::sieb_meyer
