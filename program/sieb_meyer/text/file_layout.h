@@ -35,6 +35,7 @@ struct FileLayout : ProgramHead {
   ProgramFormat numbers;        ///< of that format, but for what the control's setting changes
   std::string setting;          ///< the digits behind %%, as FP has them too; may be empty
   std::string format_evidence;  ///< its source beside the %%, for people; empty: none
+  bool leaves_subprograms = false;  ///< in the numbers of %% or of the control
   int head_line = 0;            ///< of the %%
   LinePlace body;               ///< behind the %%
   std::size_t body_end = 0;     ///< place of the $, or the end of the text
