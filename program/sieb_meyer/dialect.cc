@@ -16,8 +16,8 @@
 namespace panelcal::sieb_meyer {
 namespace {
 
-/// The line of two percent signs ahead of a file's first subprogram, if there is one: the manual has
-/// none.
+/// The line of two percent signs ahead of a file's first subprogram, if there is one: the manual
+/// has none.
 std::optional<SourceLine> find_mark(std::string_view bytes) {
   LineCursor cursor(bytes);
   while (!cursor.at_end()) {

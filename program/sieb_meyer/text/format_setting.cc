@@ -72,9 +72,9 @@ std::optional<OpenPart> open_part(const FormatMark& mark,
                              !reading.forced_format.zeros && last.zeros == Zeros::LeadingKept &&
                              may_be_in(last, LengthUnit::Inch);
   if (!has_two_zeros) return std::nullopt;
-  return OpenPart{quoted(text) + " keeps trailing zeros, in millimetres; " + last.from +
-                      " leading ones",
-                  "zeros as well, such as --format inch,tz"};
+  return OpenPart{
+      quoted(text) + " keeps trailing zeros, in millimetres; " + last.from + " leading ones",
+      "zeros as well, such as --format inch,tz"};
 }
 
 }  // namespace

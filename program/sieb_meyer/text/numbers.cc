@@ -121,10 +121,9 @@ NumberProblem open_part(const ProgramFormat& format,
   if (has_point) return NumberProblem::None;
   if (!rule.has_step) return NumberProblem::StepOpen;
   // With all its digits a number is the same from the left and from the right.
-  const bool leaves_zeros =
-      static_cast<int>(n_digits) != format.integer_digits() + rule.n_decimals;
-  const bool is_open = rule.dimension == Dimension::Length && leaves_zeros &&
-                       format.zeros == Zeros::LeadingKept;
+  const bool leaves_zeros = static_cast<int>(n_digits) != format.integer_digits() + rule.n_decimals;
+  const bool is_open =
+      rule.dimension == Dimension::Length && leaves_zeros && format.zeros == Zeros::LeadingKept;
   return is_open ? NumberProblem::ZerosOpen : NumberProblem::None;
 }
 

@@ -103,7 +103,7 @@ struct ParsedNumber {
 ///
 /// Fails  PointForbidden and SignForbidden where the format has none; TooLong above 15 digits, from
 ///        where on a double would round; TooManyDigits where digits count from the left; StepOpen,
-///        ZerosOpen and RateOpen where nothing says what digits count
+///        ZerosOpen and RateOpen where the digits have no stated meaning
 /// Source SIEB & MEYER CNC 8x.00 Command Set, units at each command; appendix A
 /// See    tests/program/sieb_meyer/text/numbers_test.cc
 ParsedNumber parse_number(std::string_view text, const ProgramFormat& format, Quantity quantity);

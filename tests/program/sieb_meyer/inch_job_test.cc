@@ -30,8 +30,7 @@ using test::Translation;
 using test::WorkRun;
 
 /// Both texts state the same lengths; doubles of up to 1 m, added up and turned a few times.
-constexpr test::Tolerance kSameLengths = {
-    .place_mm = 1e-6, .center_mm = 1e-6, .rate_mm_s = 1e-6};
+constexpr test::Tolerance kSameLengths = {.place_mm = 1e-6, .center_mm = 1e-6, .rate_mm_s = 1e-6};
 
 /// With all digits, but rates are whole in Excellon.
 constexpr test::Tolerance kWritten = {.place_mm = 1e-4, .center_mm = 1e-4, .rate_mm_s = 1};

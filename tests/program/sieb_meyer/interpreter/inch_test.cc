@@ -388,8 +388,8 @@ TEST(SiebMeyerInch, RefusesRatesWhoseUnitNothingStates) {
       "%%5000\nX1.Y1.T0T1\nX2.Y1.G1F50.\nX2.Y2.\nX2.Y2.T0\n$\nT1D.04F80.R400.\n$\n";
   const ProgramRun found = run(program, reading);
   EXPECT_THAT(found.diagnostics,
-              testing::IsSupersetOf({"p.exc:7:7: error[format-ambiguous]",
-                                     "p.exc:3:9: error[format-ambiguous]"}));
+              testing::IsSupersetOf(
+                  {"p.exc:7:7: error[format-ambiguous]", "p.exc:3:9: error[format-ambiguous]"}));
   EXPECT_THAT(found.texts, Contains(HasSubstr("rates = \"inch/min\" or \"m/min\"")));
   reading.inch_rates = RateUnit::MetersPerMinute;
   const ProgramRun in_metres = run(program, reading);
@@ -435,8 +435,7 @@ TEST(SiebMeyerInch, RefusesSubprogramsThatMayBeInTheNumbersOfTheControl) {
   ReadOptions reading = folder.reading();
   reading.last_format = *parse_format("inch,tz,2.4");
   const std::string body = "X5.Y5.T1\n(A) \nX2.Y1.M99,HOLES\n";
-  EXPECT_THAT(in_mm(body, reading).diagnostics,
-              Contains("p.exc:4:7: error[format-ambiguous]"));
+  EXPECT_THAT(in_mm(body, reading).diagnostics, Contains("p.exc:4:7: error[format-ambiguous]"));
   EXPECT_FALSE(in_mm("X5.Y5.T1\n", reading).has_errors);
   reading.forced_format = *parse_format("metric,tz,3.3");
   expect_places(hole_places(in_mm(body, reading)), {{5, 5}, {3, 2}});
@@ -446,8 +445,9 @@ TEST(SiebMeyerInch, RefusesSubprogramsThatStateOtherNumbers) {
   SubprogramFolder folder;
   folder.with("S.SS5", "COMMENT\n%%5001\n@HOLES\nX1.Y1.\n");
   const ProgramRun other = in_mm("X5.Y5.T1\nX2.Y1.M99,HOLES\n", folder.reading());
-  EXPECT_THAT(other.texts, Contains(testing::AllOf(HasSubstr("S.SS5:2:1: error[command-format]"),
-                                                   HasSubstr("\"%%5001\""))));
+  EXPECT_THAT(other.texts,
+              Contains(testing::AllOf(HasSubstr("S.SS5:2:1: error[command-format]"),
+                                      HasSubstr("\"%%5001\""))));
   SubprogramFolder same;
   same.with("S.SS5", "%%5000\n@HOLES\nX1.Y1.\n");
   ReadOptions reading = same.reading();

@@ -89,8 +89,8 @@ TEST(InchNumber, WhatIsNoLengthIsTheSame) {
 
 // --- without a point -----------------------------------------------------------------------------
 
-/// "minimum = 0.001 mm, minimum = 0.0001 inch" (M58), and the lengths that have the coordinates' step
-/// in the tables follow it.
+/// "minimum = 0.001 mm, minimum = 0.0001 inch" (M58), and the lengths that have the coordinates'
+/// step in the tables follow it.
 TEST(InchNumber, AStepIsTheOneOfCoordinates) {
   for (const Quantity quantity : {Quantity::Coordinate,
                                   Quantity::ArcParameter,
@@ -106,12 +106,13 @@ TEST(InchNumber, AStepIsTheOneOfCoordinates) {
   expect_step(Quantity::ToolDiameter, of_1000, 0.001);
 }
 
-/// A resolution that is stated is that of coordinates: what has another one in the tables (Z1 and D1
-/// are 0.01 mm beside X1 = 0.001 mm) may have any.
+/// A resolution that is stated is that of coordinates: what has another one in the tables (Z1 and
+/// D1 are 0.01 mm beside X1 = 0.001 mm) may have any.
 TEST(InchNumber, HasNoStepWhereTheTablesHaveAnotherThanOfCoordinates) {
   const ProgramFormat of_3000 = in_inch(FileFormat::F3000);
-  for (const ProgramFormat& format :
-       {in_inch(), with_digits(in_inch(), 2, 3), ProgramFormat(with_digits(FileFormat::F5000, 3, 4))}) {
+  for (const ProgramFormat& format : {in_inch(),
+                                      with_digits(in_inch(), 2, 3),
+                                      ProgramFormat(with_digits(FileFormat::F5000, 3, 4))}) {
     EXPECT_EQ(problem_of("80", format, Quantity::ToolDiameter), NumberProblem::StepOpen);
     EXPECT_EQ(problem_of(".8", format, Quantity::ToolDiameter), NumberProblem::None);
     EXPECT_EQ(problem_of("0", format, Quantity::ToolDiameter), NumberProblem::None);
@@ -125,8 +126,8 @@ TEST(InchNumber, HasNoStepWhereTheTablesHaveAnotherThanOfCoordinates) {
   EXPECT_EQ(expectation(NumberProblem::StepOpen, of_3000, Quantity::ToolDiameter).substr(0, 31),
             "format 5000 and a decimal point");
   // With the tables' own digits nothing changes.
-  EXPECT_DOUBLE_EQ(
-      value_of("80", with_digits(FileFormat::F3000, 4, 3), Quantity::ToolDiameter), 0.8);
+  EXPECT_DOUBLE_EQ(value_of("80", with_digits(FileFormat::F3000, 4, 3), Quantity::ToolDiameter),
+                   0.8);
   EXPECT_DOUBLE_EQ(value_of("20", with_digits(FileFormat::F3000, 4, 3), Quantity::Plane), 0.2);
 }
 
@@ -140,8 +141,8 @@ TEST(OtherDigits, AreThoseOfLengthsInMillimetresToo) {
 
 // --- rates ---------------------------------------------------------------------------------------
 
-/// "F1 = 0.001 m/min", "Length-dependent values depend on the active format": nothing says whether a
-/// rate is one of them.
+/// "F1 = 0.001 m/min", "Length-dependent values depend on the active format": nothing says whether
+/// a rate is one of them.
 TEST(InchRate, HasToBeStated) {
   for (const FileFormat file : kFiles) {
     for (const Quantity quantity : kRates) {
@@ -180,10 +181,9 @@ TEST(InchRate, HasAPointInInchPerMinute) {
 
 /// Programs in millimetres have the manual's, whatever a control in inch has.
 TEST(InchRate, IsOfProgramsInInchAlone) {
-  EXPECT_EQ(value_of("15",
-                     with_rates(FileFormat::F3000, RateUnit::InchesPerMinute),
-                     Quantity::RoutFeed),
-            1.5);
+  EXPECT_EQ(
+      value_of("15", with_rates(FileFormat::F3000, RateUnit::InchesPerMinute), Quantity::RoutFeed),
+      1.5);
 }
 
 // --- digits and zeros ----------------------------------------------------------------------------
@@ -209,10 +209,8 @@ TEST(LeadingZeros, HoldForCoordinates) {
 /// Radii and planes are no coordinates: only where both readings are one they have a value.
 TEST(LeadingZeros, ThatAreLeftOffOtherLengthsHaveNoReading) {
   const ProgramFormat format = with_leading_zeros(in_inch());
-  for (const Quantity quantity : {Quantity::ArcParameter,
-                                  Quantity::Plane,
-                                  Quantity::PeckLength,
-                                  Quantity::ToolZOffset}) {
+  for (const Quantity quantity :
+       {Quantity::ArcParameter, Quantity::Plane, Quantity::PeckLength, Quantity::ToolZOffset}) {
     EXPECT_EQ(problem_of("0075", format, quantity), NumberProblem::ZerosOpen);
     EXPECT_EQ(problem_of("7500", format, quantity), NumberProblem::ZerosOpen);
     EXPECT_EQ(problem_of("0123456", format, quantity), NumberProblem::ZerosOpen);
