@@ -362,10 +362,12 @@ class Writer:
 
     def work(self):
         """Lines of one piece of work, outside of contours."""
+        sized = self.figures if self.has_diameters else self.contour
         makers = [self.holes] * 4 + [self.incremental_holes, self.row, self.row, self.contour, self.contour, self.contour,
-                                     self.figures, self.quiet, self.without_lowering]
+                                     sized, self.quiet, self.without_lowering]
         if self.format >= 3000:
-            makers += [self.nibble, self.text, self.rounded_contour, self.depth_in_contour]
+            makers += [self.nibble, self.text] if self.has_diameters else [self.holes]
+            makers += [self.rounded_contour, self.depth_in_contour]
         if self.format == 5000:
             makers += [self.ramp, self.call, self.call, self.surface, self.camera, self.labeled]
         return self.rng.choice(makers)()
