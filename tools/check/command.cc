@@ -26,10 +26,13 @@ std::string count(std::size_t n, std::string_view word) {
 /// read, and why.
 std::string reading(const Program& program) {
   if (program.dialect == Dialect::SiebMeyer) {
-    return fmt::format("{}, {} (line {})",
+    const sieb_meyer::FileLayout& layout = sieb_meyer::layout_of(program);
+    return fmt::format("{}, {} (line {}{}{})",
                        name(program.dialect),
                        program.number_summary(),
-                       sieb_meyer::layout_of(program).head_line);
+                       layout.head_line,
+                       layout.format_evidence.empty() ? "" : "; ",
+                       layout.format_evidence);
   }
   const excellon::Header& header = excellon::header_of(program);
   return fmt::format("Excellon{}, {} ({})",

@@ -96,6 +96,7 @@ void Interpreter::cnc_command(const Block& block) {
       return emitter_.put(block.line, Setting{block.text});
     case Treatment::Refused:
       if (switches_off(*command)) return emitter_.put(block.line, Setting{block.text});
+      if (states_own_format(*command)) return;
       return reporter_.report(Code::NotSupported,
                               block.line,
                               block.argument_column,
@@ -112,6 +113,12 @@ void Interpreter::cnc_command(const Block& block) {
   }
 }
 
+/// FP in the format that the program is written in changes nothing; outputs state their own.
+bool Interpreter::states_own_format(const CncCommand& command) const {
+  return command.info->code == CncCode::FormatSetting && !layout_.setting.empty() &&
+         command.argument == layout_.setting;
+}
+
 void Interpreter::obey(const Block& block, const CncCommand& command) {
   if (obey_placement(block, command) || obey_surface(block, command)) return;
   const std::string_view argument = command.argument;
@@ -123,10 +130,10 @@ void Interpreter::obey(const Block& block, const CncCommand& command) {
       nibbling_.order = NibbleOrder::Alternating;
       break;
     case CncCode::NibbleRoughness: {
-      const auto roughness_mm = read_plain_number(argument);
-      const bool is_usable = roughness_mm && *roughness_mm > 0 && *roughness_mm <= 1;
+      const auto roughness = read_plain_number(argument);
+      const bool is_usable = roughness && *roughness > 0 && in_mm(*roughness) <= 1;
       if (!is_usable) return refuse_cnc(block, "NIB# with the roughness, up to 1 mm");
-      nibbling_.roughness_mm = *roughness_mm;
+      nibbling_.roughness_mm = in_mm(*roughness);
       break;
     }
     case CncCode::BlockDelete:
@@ -192,10 +199,10 @@ bool Interpreter::obey_placement(const Block& block, const CncCommand& command) 
       break;
     case CncCode::ScaleCenter:
       if (!has_xy) {
-        refuse_cnc(block, "SAZX#Y#, mm");
+        refuse_cnc(block, fmt::format("SAZX#Y#, {}", format_.unit_name()));
         return true;
       }
-      scaling_.about_mm = {(*xy)[0].value_or(0), (*xy)[1].value_or(0)};
+      scaling_.about_mm = {in_mm((*xy)[0].value_or(0)), in_mm((*xy)[1].value_or(0))};
       break;
     case CncCode::NoScale:
       scaling_.factor.setOnes();
@@ -236,8 +243,11 @@ void Interpreter::set_program_zero(const Block& block, std::string_view argument
   Position<frame::Machine> zero = configured;
   if (is_set) {
     const auto xy = read_xy(argument);
-    if (!xy || !(*xy)[0] || !(*xy)[1]) return refuse_cnc(block, "FAX#Y#, mm");
-    zero = options_.absolute_zero + displacement_mm<frame::Machine>(*(*xy)[0], *(*xy)[1]);
+    if (!xy || !(*xy)[0] || !(*xy)[1]) {
+      return refuse_cnc(block, fmt::format("FAX#Y#, {}", format_.unit_name()));
+    }
+    zero = options_.absolute_zero +
+           displacement_mm<frame::Machine>(in_mm(*(*xy)[0]), in_mm(*(*xy)[1]));
   }
   // The control may have had another zero before: also one that changes nothing here is passed on.
   const CorrectionStack& stack = measuring_.corrections().stack;
@@ -288,12 +298,13 @@ bool Interpreter::obey_surface(const Block& block, const CncCommand& command) {
     }
     case CncCode::DetectBottom:
     case CncCode::DetectTop: {
-      const auto depth_mm = read_plain_number(argument);
-      if (!depth_mm || *depth_mm < 0) {
-        refuse_cnc(block, std::string(command.info->name) + " with a depth, mm");
+      const auto depth = read_plain_number(argument);
+      if (!depth || *depth < 0) {
+        refuse_cnc(block,
+                   fmt::format("{} with a depth, {}", command.info->name, format_.unit_name()));
         return true;
       }
-      probing_depth_ = mm(*depth_mm);
+      probing_depth_ = mm(in_mm(*depth));
       break;
     }
     case CncCode::ToolBottom:
@@ -312,19 +323,21 @@ bool Interpreter::obey_surface(const Block& block, const CncCommand& command) {
       const bool is_reference = command.info->code == CncCode::ReferenceBottom ||
                                 command.info->code == CncCode::ReferenceTop;
       if (argument.starts_with('R')) argument.remove_prefix(1);
-      const auto value_mm = read_plain_number(argument);
-      if (!value_mm || (!is_reference && *value_mm <= 0)) {
-        refuse_cnc(block, std::string(command.info->name) + " with a number, mm");
+      const auto number = read_plain_number(argument);
+      if (!number || (!is_reference && *number <= 0)) {
+        refuse_cnc(block,
+                   fmt::format("{} with a number, {}", command.info->name, format_.unit_name()));
         return true;
       }
+      const Length value = mm(in_mm(*number));
       if (is_reference) {
-        if (!surface_.set_reference_height(mm(*value_mm))) {
+        if (!surface_.set_reference_height(value)) {
           // The program does not state the side that a stroke probes.
           refuse_cnc(block, "the height that was set before: there is one reference");
           return true;
         }
       } else {
-        surface_.set_tolerance(std::string(command.info->name), mm(*value_mm));
+        surface_.set_tolerance(std::string(command.info->name), value);
       }
       break;
     }

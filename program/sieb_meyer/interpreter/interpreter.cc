@@ -10,12 +10,15 @@ namespace {
 
 constexpr std::size_t kLongLine = 64;
 
-/// A letter without a number is zero, and a number without a point counts steps from the right.
-NumberFormat plain_format(FileFormat format) {
-  return {.unit = LengthUnit::Millimeter,
-          .zeros = Zeros::TrailingKept,
-          .integer_digits = 12,
-          .decimal_digits = format == FileFormat::F1000 ? 2 : 3};
+/// A letter without a number is zero. A number without a point counts steps from the right, and has
+/// as many digits as it likes, or it counts from the left.
+NumberFormat plain_format(const ProgramFormat& format) {
+  constexpr int kAnyDigits = 12;
+  return {
+      .unit = format.unit,
+      .zeros = format.zeros,
+      .integer_digits = format.zeros == Zeros::LeadingKept ? format.integer_digits() : kAnyDigits,
+      .decimal_digits = format.decimal_digits()};
 }
 
 Placement sieb_meyer_placement(int version) {
@@ -32,7 +35,7 @@ Interpreter::Interpreter(const Program& program,
       layout_(layout_of(program)),
       options_(options),
       trial_(ends.trial),
-      format_(layout_.format),
+      format_(layout_.numbers),
       plain_(plain_format(format_)),
       reporter_(program.source.file,
                 ends.log,
@@ -143,7 +146,7 @@ bool Interpreter::run_plain_lines(std::size_t end) {
       !has_reference()) {
     return false;
   }
-  const bool refuses_points = format_ == FileFormat::F1000;
+  const bool refuses_points = format_.file == FileFormat::F1000;
   const bool is_simple = tool_ && !needs_care_;
   bool is_full = false;
   const auto take = [&](int line, const PlainCoordinate& block) {
@@ -168,7 +171,7 @@ bool Interpreter::run_plain_lines(std::size_t end) {
   const bool has_any = only_counts ? plain_.read_lines(cursor_, end, take, skip)
                                    : plain_.read_lines(cursor_, end, take);
   if (has_any) {
-    modal_.at_step_mm = format_step_mm(format_);
+    modal_.at_step_mm = format_.step_mm();
     has_coordinate_ = true;
   }
   return has_any;
@@ -184,7 +187,7 @@ void Interpreter::run_block(const Block& block) {
   auto order = read_order(block, context, reporter_);
   if (!order) return;
   // In format 1000 functions hold for the line they stand in.
-  const bool holds_once = format_ == FileFormat::F1000;
+  const bool holds_once = format_.file == FileFormat::F1000;
   const bool was_incremental = modal_.incremental;
   if (holds_once && modal_.motion && order->has_xy() && !order->motion && !order->is_tool_up) {
     return report(Code::CommandMisplaced,

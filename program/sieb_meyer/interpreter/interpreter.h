@@ -286,6 +286,9 @@ class Interpreter {
   bool obey_placement(const Block& block, const CncCommand& command);
   bool obey_surface(const Block& block, const CncCommand& command);
   void refuse_cnc(const Block& block, std::string expected);
+  bool states_own_format(const CncCommand& command) const;
+  /// A number of a CNC command, in the unit of the program.
+  double in_mm(double number) const { return number * format_.one_unit().in_mm(); }
   void set_program_zero(const Block& block, std::string_view argument, bool is_set);
   void refresh_placement();
   void set_axis_version(const Block& block, std::string_view argument);
@@ -336,7 +339,7 @@ class Interpreter {
   const FileLayout& layout_;
   const WalkOptions& options_;
   TrialExecution* trial_;
-  FileFormat format_;
+  ProgramFormat format_;
   PlainReader plain_;
   Reporter reporter_;
   Measuring measuring_;

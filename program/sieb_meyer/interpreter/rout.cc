@@ -180,7 +180,7 @@ bool Interpreter::make_arc(const Block& block, bool clockwise, ContourPiece& pie
     report(Code::ArcInvalid, block, quoted(block.text), "R#, or I#J#, in this line or before it");
     return false;
   }
-  if (format_ == FileFormat::F1000) return make_quadrant(block, clockwise, piece);
+  if (format_.file == FileFormat::F1000) return make_quadrant(block, clockwise, piece);
   return make_center_arc(block, clockwise, piece);
 }
 

@@ -179,7 +179,7 @@ class Scanner {
   void close() {
     if (open_.empty()) {
       // Format 1000 has no M31: there M30 only ends the offsets.
-      if (implicit_ >= 0 && rules_.format == FileFormat::F1000) return end_implicit();
+      if (implicit_ >= 0 && rules_.format.file == FileFormat::F1000) return end_implicit();
       return refuse(Code::SectionUnbalanced,
                     here_.number,
                     "M30 closes what no M31 opened",
@@ -279,7 +279,7 @@ class Scanner {
         case 'V':
           begins_row = true;
           if (word.number != "2") return refuse_word(word, "V2");
-          if (rules_.format == FileFormat::F1000) {
+          if (rules_.format.file == FileFormat::F1000) {
             return refuse_word(word, "a command of format 1000", Code::CommandFormat);
           }
           break;
@@ -306,7 +306,7 @@ class Scanner {
   }
 
   const Layout* called_layout(const LineRole& role) const {
-    if (!role.has.calls || !rules_.find_layout || rules_.format != FileFormat::F5000) {
+    if (!role.has.calls || !rules_.find_layout || rules_.format.file != FileFormat::F5000) {
       return nullptr;
     }
     return rules_.find_layout(block_.argument, deletes_blocks_);

@@ -33,7 +33,7 @@ struct Layout {
 using FindLayout = std::function<const Layout*(std::string_view name, bool deletes_blocks)>;
 
 struct SectionRules {
-  FileFormat format = FileFormat::F5000;
+  ProgramFormat format;
   bool deletes_blocks = false;
   bool in_subprogram = false;
   int depth = 0;  ///< levels that are open where the text is called

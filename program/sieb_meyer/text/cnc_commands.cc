@@ -2,6 +2,10 @@
 #include "program/sieb_meyer/text/cnc_commands.h"
 
 #include <charconv>
+#include <cstddef>
+#include <cstdint>
+
+#include <fmt/format.h>
 
 namespace panelcal::sieb_meyer {
 namespace {
@@ -19,6 +23,48 @@ bool ends_name(std::string_view rest, Treatment treatment) {
   const char c = rest.front();
   const bool is_letter = c >= 'A' && c <= 'Z';
   return !is_letter || c == 'X' || c == 'Y' || (c == 'T' && treatment == Treatment::Passed);
+}
+
+/// The numbers behind the name of a command.
+enum class CncNumbers : std::uint8_t {
+  NoLengths,  ///< modes, counts, tools, times
+  Length,     ///< one, at the end
+  Undescribed,
+};
+
+CncNumbers numbers_of(const CncCommand& command) {
+  switch (command.info->code) {
+    case CncCode::NibbleRoughness:
+    case CncCode::ReferenceBottom:
+    case CncCode::ReferenceTop:
+    case CncCode::ToleranceBottom:
+    case CncCode::ToleranceTop:
+    case CncCode::ToleranceMap:
+    case CncCode::DetectBottom:
+    case CncCode::DetectTop:
+      return CncNumbers::Length;
+    case CncCode::CheckHoles:  // places, but for a list of tools
+      return command.argument.find_first_not_of("T0123456789") == std::string_view::npos
+                 ? CncNumbers::NoLengths
+                 : CncNumbers::Undescribed;
+    // Axes, factors, angles, runs, times, tools and texts.
+    case CncCode::AxisVersion:
+    case CncCode::Scale:
+    case CncCode::Rotation:
+    case CncCode::CameraMode:
+    case CncCode::CameraTime:
+    case CncCode::CameraNumber:
+    case CncCode::BreakageOff:
+    case CncCode::ToolBottom:
+    case CncCode::ToolTop:
+    case CncCode::PeckMode:
+    case CncCode::OperatorText:
+    case CncCode::ToolNumbers:
+    case CncCode::RoutVersion:
+      return CncNumbers::NoLengths;
+    default:
+      return CncNumbers::Undescribed;
+  }
 }
 
 }  // namespace
@@ -50,6 +96,22 @@ std::optional<CncCommand> find_cnc_command(std::string_view text) {
   std::string_view argument = text.substr(best->name.size());
   if (!argument.empty() && argument.front() == ',') argument.remove_prefix(1);
   return CncCommand{best, argument};
+}
+
+std::optional<std::string> command_in_mm(std::string_view text, Length unit, int n_decimals) {
+  const auto command = find_cnc_command(text);
+  const bool has_number = text.find_first_of("0123456789") != std::string_view::npos;
+  const CncNumbers numbers = command ? numbers_of(*command) : CncNumbers::Undescribed;
+  if (!has_number || numbers == CncNumbers::NoLengths) return std::string(text);
+  if (numbers == CncNumbers::Undescribed) return std::nullopt;
+  const std::size_t begin = text.find_first_of("+-.0123456789", command->info->name.size());
+  const auto value = read_plain_number(text.substr(begin));
+  if (!value) return std::nullopt;
+  std::string number = fmt::format("{:.{}f}", *value * unit.in_mm(), n_decimals);
+  const bool is_zero = number.find_first_of("123456789") == std::string::npos;
+  if (is_zero && *value != 0) return std::nullopt;
+  number.erase(number.find_last_not_of('0') + 1);
+  return std::string(text.substr(0, begin)) + number;
 }
 
 std::optional<double> read_plain_number(std::string_view text) {

@@ -5,7 +5,10 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
+
+#include "calib/base/units.h"
 
 namespace panelcal::sieb_meyer {
 
@@ -43,5 +46,10 @@ std::optional<CncCommand> find_cnc_command(std::string_view text);
 std::optional<std::array<std::optional<double>, 2>> read_xy(std::string_view argument);
 /// A plain number, with or without a decimal point.
 std::optional<double> read_plain_number(std::string_view text);
+
+/// A command of a program in another unit, for one in millimetres: its length converted and
+/// rounded, with a decimal point; what has no length is as it was. Absent for numbers whose meaning
+/// the manual does not describe, and for a length that rounds to zero.
+std::optional<std::string> command_in_mm(std::string_view text, Length unit, int n_decimals);
 
 }  // namespace panelcal::sieb_meyer

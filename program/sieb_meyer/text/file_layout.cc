@@ -7,7 +7,9 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
+#include "program/sieb_meyer/text/format_setting.h"
 #include "program/sieb_meyer/text/lexer.h"
 #include "program/text/gaps.h"
 #include "program/walk/program.h"
@@ -18,13 +20,6 @@ namespace panelcal::sieb_meyer {
 namespace {
 
 constexpr std::string_view kBlanks = " \t";
-
-std::optional<FileFormat> format_of(std::string_view mark) {
-  if (mark == "%%" || mark == "%%1000") return FileFormat::F1000;
-  if (mark == "%%3000") return FileFormat::F3000;
-  if (mark == "%%5000") return FileFormat::F5000;
-  return std::nullopt;
-}
 
 /// Reads the lines behind the $.
 class TableReader {
@@ -125,12 +120,9 @@ class TableReader {
           tool.speed = datum(v, rpm(v * 1000));
         });
       case 'F':
-        return read_value(line, word, Quantity::ToolFeed, tool, [&](double v) {
-          tool.infeed = datum(v, mm_per_s(v * 1000 / 60));
-        });
       case 'R':
         return read_value(line, word, Quantity::ToolFeed, tool, [&](double v) {
-          tool.retract = datum(v, mm_per_s(v * 1000 / 60));
+          (word.letter == 'F' ? tool.infeed : tool.retract) = datum(v, mm_per_s(v * 1000 / 60));
         });
       case 'N':
         return read_life(line, word, tool);
@@ -172,9 +164,13 @@ class TableReader {
 
   template <class Set>
   bool read_value(int line, const Word& word, Quantity quantity, Tool& tool, Set set) {
-    const ParsedNumber number = parse_number(word.number, layout_.format, quantity);
+    const ParsedNumber number = parse_number(word.number, layout_.numbers, quantity);
     if (number.problem != NumberProblem::None) {
-      refuse(line, word, expectation(number.problem, layout_.format));
+      reporter_.report(is_open(number.problem) ? Code::FormatAmbiguous : Code::ToolTableInvalid,
+                       line,
+                       word.column,
+                       quoted(word.text()),
+                       expectation(number.problem, layout_.numbers, quantity));
       return false;
     }
     set(number.value);
@@ -274,7 +270,7 @@ bool is_program(std::string_view bytes) {
   return false;
 }
 
-FileLayout read_layout(const SourceText& source, DiagnosticLog& log) {
+FileLayout read_layout(const SourceText& source, DiagnosticLog& log, const ReadOptions& reading) {
   const Reporter reporter(source.file, log);
   FileLayout layout;
   LineCursor cursor(source.bytes);
@@ -284,14 +280,16 @@ FileLayout read_layout(const SourceText& source, DiagnosticLog& log) {
     if (!mark.starts_with("%%")) continue;
     layout.head_line = line.number;
     layout.body = cursor.place();
-    if (const auto format = format_of(mark)) {
-      layout.format = *format;
+    if (const auto stated = parse_format_mark(mark)) {
+      const auto choice = choose_format(*stated, mark, line.number, line.column, reading, reporter);
+      layout.format = stated->file;
+      layout.numbers = choice.format;
+      layout.setting = stated->setting;
+      layout.format_evidence = choice.evidence;
+      layout.leaves_subprograms = choice.leaves_subprograms;
     } else {
-      reporter.report(Code::CommandFormat,
-                      line.number,
-                      line.column,
-                      quoted(mark),
-                      "%%, %%3000 or %%5000; the formats xx01 to xx10 are not described");
+      reporter.report(
+          Code::CommandFormat, line.number, line.column, quoted(mark), "%%, %%3000 or %%5000");
     }
     break;
   }

@@ -11,6 +11,7 @@
 #include "program/model/program_head.h"
 #include "program/sieb_meyer/text/numbers.h"
 #include "program/text/source_text.h"
+#include "program/walk/options.h"
 
 namespace panelcal {
 struct Program;
@@ -18,25 +19,35 @@ struct Program;
 
 namespace panelcal::sieb_meyer {
 
-/// The language that outputs in the other one take a program of this one for.
+/// The formats that outputs in the other language take a program of this one for.
 inline constexpr NumberFormat kMetricFormat = {.unit = LengthUnit::Millimeter,
                                                .zeros = Zeros::LeadingKept,
                                                .integer_digits = 3,
                                                .decimal_digits = 3};
+inline constexpr NumberFormat kInchFormat = {.unit = LengthUnit::Inch,
+                                             .zeros = Zeros::LeadingKept,
+                                             .integer_digits = 2,
+                                             .decimal_digits = 4};
 
 /// A file as its marks divide it: comments, %% and the format, program lines, $ and the tool table.
 struct FileLayout : ProgramHead {
   FileFormat format = FileFormat::F5000;
-  int head_line = 0;         ///< of the %%
-  LinePlace body;            ///< behind the %%
-  std::size_t body_end = 0;  ///< place of the $, or the end of the text
+  ProgramFormat numbers;            ///< of that format, but for what the control's setting changes
+  std::string setting;              ///< the digits behind %%, as FP has them too; may be empty
+  std::string format_evidence;      ///< its source beside the %%, for people; empty: none
+  bool leaves_subprograms = false;  ///< in the numbers of %% or of the control
+  int head_line = 0;                ///< of the %%
+  LinePlace body;                   ///< behind the %%
+  std::size_t body_end = 0;         ///< place of the $, or the end of the text
   /// Tools of format 1000 with six empty values: zero, if the program takes them.
   std::map<int, Tool> empty_tools;
 
   /// A tool that the program takes, with its data in the table; its number alone if it has none.
   Tool taken_tool(int number) const;
-  NumberFormat number_format() const override { return kMetricFormat; }
-  std::string number_summary() const override { return summary(format); }
+  NumberFormat number_format() const override {
+    return numbers.unit == LengthUnit::Inch ? kInchFormat : kMetricFormat;
+  }
+  std::string number_summary() const override { return summary(numbers); }
 };
 
 /// A line of two percent signs, with or without a format, comes before anything that opens an
@@ -48,11 +59,13 @@ bool is_program(std::string_view bytes);
 /// values for each of 15 tools in a fixed order, 91 dollar signs in all; its magazines have the
 /// tools' numbers. A datum of zero is no datum, but Tool::zeroed.
 ///
-/// Fails  into the log: command-format, end-missing (no table), tool-table-invalid; warns
-///        text-after-end
+/// Fails  into the log: command-format, format-ambiguous, end-missing (no table),
+///        tool-table-invalid; warns text-after-end, format-overridden, format-assumed
 /// Source SIEB & MEYER CNC 8x.00 Command Set, appendix A
 /// See    tests/program/sieb_meyer/text/file_layout_test.cc
-FileLayout read_layout(const SourceText& source, DiagnosticLog& log);
+FileLayout read_layout(const SourceText& source,
+                       DiagnosticLog& log,
+                       const ReadOptions& reading = {});
 
 /// The layout of a program in this language.
 ///

@@ -73,7 +73,8 @@ class OrderReader {
   std::optional<ParsedNumber> number(const Word& word, Quantity quantity) {
     const ParsedNumber parsed = parse_number(word.number, context_.format, quantity);
     if (parsed.problem == NumberProblem::None) return parsed;
-    refuse(Code::NumberMalformed, word, expectation(parsed.problem, context_.format));
+    const Code code = is_open(parsed.problem) ? Code::FormatAmbiguous : Code::NumberMalformed;
+    refuse(code, word, expectation(parsed.problem, context_.format, quantity));
     return std::nullopt;
   }
 
@@ -90,12 +91,14 @@ class OrderReader {
       return refuse(Code::NumberTooLong, word, "a length below 100 m");
     }
     set(to, parsed->value, word);
-    step_mm = std::max(step_mm, std::min(parsed->step, format_step_mm(context_.format)));
+    step_mm = std::max(step_mm, std::min(parsed->step, context_.format.step_mm()));
   }
 
   bool exists(const Word& word, std::string_view formats) {
-    if (formats.find(name(context_.format).front()) != std::string_view::npos) return true;
-    refuse(Code::CommandFormat, word, "a command of format " + std::string(name(context_.format)));
+    if (formats.find(name(context_.format.file).front()) != std::string_view::npos) return true;
+    refuse(Code::CommandFormat,
+           word,
+           "a command of format " + std::string(name(context_.format.file)));
     return false;
   }
 

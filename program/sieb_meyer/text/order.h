@@ -102,7 +102,7 @@ std::string_view form_of(std::uint32_t part);
 
 /// The settings that decide how a line's letters are read.
 struct OrderContext {
-  FileFormat format = FileFormat::F5000;
+  ProgramFormat format;
   bool is_routing = false;     ///< a routing function is in force
   bool expects_count = false;  ///< a V pattern waits for its W
   bool is_pecking = false;     ///< G81 is in force

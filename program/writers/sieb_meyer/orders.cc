@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "program/model/tool_links.h"
+#include "program/sieb_meyer/text/cnc_commands.h"
 #include "program/sieb_meyer/text/lexer.h"
 #include "program/writers/foreign_settings.h"
 #include "program/writers/pattern_copies.h"
@@ -89,7 +90,23 @@ void SiebMeyerWriter::write(const Setting& setting) {
     return write_in_axes(version);
   }
   if (setting.text.starts_with(kCommand) && is_obeyed(setting.text.substr(kCommand.size()))) return;
+  if (info().format.unit == LengthUnit::Inch) return write_in_mm(setting.text);
   line(setting.text);
+}
+
+/// A CNC command of a source in inch: this program is in millimetres.
+void SiebMeyerWriter::write_in_mm(std::string_view setting) {
+  sieb_meyer::Block block;
+  const bool is_command = !sieb_meyer::lex({setting, 0, 1}, block) && block.n_words == 1 &&
+                          block.words[0].letter == 'M' &&
+                          sieb_meyer::command_of(block.words[0]) == sieb_meyer::Command::CncCommand;
+  if (!is_command) return line(setting);
+  const auto converted = sieb_meyer::command_in_mm(block.argument, inch(1), digits().n_decimals);
+  if (!converted) {
+    return refuse(quoted(setting) + ", which may state lengths in inch",
+                  "it without lengths, or a program in millimetres");
+  }
+  line("M49," + *converted);
 }
 
 void SiebMeyerWriter::write_foreign(const Setting& setting) {

@@ -23,7 +23,8 @@ namespace panelcal {
 /// (FV), and that the control neither scales nor turns (NOSA, NORA), since the coordinates have
 /// what the source asked for. Program zero is the operator's unless the source sets it (FA, NOFA).
 ///
-/// Numbers have three decimals and at most six digits, unless a finer resolution is asked for.
+/// Numbers have three decimals and at most six digits, unless a finer resolution is asked for. They
+/// are in mm for a source in inch too, lengths in its CNC commands included.
 ///
 /// Contours begin and end with a T0 line, which is also what lowers and raises the cutter; a stop
 /// for inspection is a message. What has no form is in losses().
@@ -35,7 +36,8 @@ namespace panelcal {
 /// Fails  number-too-long: a place of 1 m or more that needs all its decimals; translation-refused:
 ///        a depth or limit left to the operator behind one that was stated, a pass of a step slot
 ///        (WalkOptions::step_slots has to be Kept, which is refused as well), M14, tool data that
-///        change in the program, tools above T99
+///        change in the program, tools above T99, CNC commands of a source in inch whose numbers
+///        are not described
 /// Source SIEB & MEYER CNC 8x.00 Command Set, A.3, A.7, 3, 5, 9
 /// See    tests/program/writers/sieb_meyer/writer_test.cc
 class SiebMeyerWriter final : public ProgramWriter {
@@ -167,6 +169,7 @@ class SiebMeyerWriter final : public ProgramWriter {
   void note_pecking(FunctionKind kind);
   void write(const Setting& setting);
   void write_foreign(const Setting& setting);
+  void write_in_mm(std::string_view setting);
   void write(const PatternBegin& begin);
   void write(const PatternEnd& end);
   void write(const VisionSeries& series);

@@ -92,10 +92,18 @@ struct SmJob {
 /// Diameters of the tools T1 to T4, 0.001 mm.
 inline constexpr std::array<long, 4> kSmTools_um = {1000, 2000, 800, 3000};
 
+/// The length that a job's steps have, which are 0.001 mm where nothing else is asked for.
+enum class SmUnit : std::uint8_t {
+  Microns,
+  InchSteps,          ///< 0.0001 inch, in a program in inch (format 5000)
+  InchStepsInMetric,  ///< 0.0001 inch, in a program in millimetres: as 0.00254
+};
+
 struct SmSpelling {
   std::string line_end = "\n";
   /// Choice of the equal ways to write numbers, codes and the order of words; 0: the plainest.
   unsigned style = 0;
+  SmUnit unit = SmUnit::Microns;
 };
 
 std::string text_of(const SmJob& job, const SmSpelling& spelling);

@@ -33,19 +33,22 @@ class Choices {
   bool is_plain_ = false;
 };
 
-/// With a decimal point: all three decimals, or without the zeros behind and in front.
-std::string with_point(long um, Choices& choices) {
-  const long most = std::labs(um);
-  std::string whole = std::to_string(most / 1000);
-  std::string decimals = std::to_string(1000 + most % 1000).substr(1);
+/// With a decimal point: all decimals, or without the zeros behind and in front.
+std::string with_point(long steps, SmUnit unit, Choices& choices) {
+  const long per_unit = unit == SmUnit::Microns     ? 1000
+                        : unit == SmUnit::InchSteps ? 10'000
+                                                    : 100'000;
+  const long most = std::labs(steps) * (unit == SmUnit::InchStepsInMetric ? 254 : 1);
+  std::string whole = std::to_string(most / per_unit);
+  std::string decimals = std::to_string(per_unit + most % per_unit).substr(1);
   if (choices.one_in(2)) {
     while (!decimals.empty() && decimals.back() == '0') decimals.pop_back();
   }
   if (whole == "0" && !decimals.empty() && choices.one_in(2)) whole.clear();
-  return (um < 0 ? "-" : "") + whole + "." + decimals;
+  return (steps < 0 ? "-" : "") + whole + "." + decimals;
 }
 
-std::string spelled(const SmWord& word, Choices& choices) {
+std::string spelled(const SmWord& word, SmUnit unit, Choices& choices) {
   if (!word.um) {
     // G1 may be G01, but a third digit makes another code.
     const bool is_code = word.text[0] == 'G' || word.text[0] == 'T';
@@ -55,9 +58,12 @@ std::string spelled(const SmWord& word, Choices& choices) {
   }
   const long um = *word.um;
   if (um == 0 && choices.one_in(2)) return word.text;
-  if (choices.one_in(2)) return word.text + with_point(um, choices);
+  if (choices.one_in(2) || unit == SmUnit::InchStepsInMetric) {
+    return word.text + with_point(um, unit, choices);
+  }
   const std::string sign = um > 0 && choices.one_in(8) ? "+" : "";
-  return word.text + sign + std::to_string(um / word.step_um);
+  const long step = unit == SmUnit::Microns ? word.step_um : 1;
+  return word.text + sign + std::to_string(um / step);
 }
 
 void append(std::string& out, const SmLine& line, const SmSpelling& spelling) {
@@ -65,7 +71,7 @@ void append(std::string& out, const SmLine& line, const SmSpelling& spelling) {
   if (choices.one_in(12)) out += "(A COMMENT)" + spelling.line_end;
   if (choices.one_in(12)) out += spelling.line_end;
   std::vector<std::string> words;
-  for (const SmWord& word : line.words) words.push_back(spelled(word, choices));
+  for (const SmWord& word : line.words) words.push_back(spelled(word, spelling.unit, choices));
   for (std::size_t i = words.size(); i > 1; --i) {
     std::swap(words[i - 1], words[i - 1 - choices.below(static_cast<unsigned>(i))]);
   }
@@ -97,14 +103,16 @@ std::string text_of(const SmJob& job, const SmSpelling& spelling) {
   Choices choices(spelling.style, 0);
   std::string out;
   if (choices.one_in(2)) out += "A JOB" + spelling.line_end;
-  out += (job.is_3000 ? "%%3000" : "%%5000") + spelling.line_end;
+  const bool is_3000 = job.is_3000 && spelling.unit == SmUnit::Microns;
+  out += (is_3000 ? "%%3000" : "%%5000") + spelling.line_end;
   for (const SmLine& line : job.lines) append(out, line, spelling);
   out += "$" + spelling.line_end;
   for (std::size_t i = 0; i < kSmTools_um.size(); ++i) {
     const long um = kSmTools_um[i];
-    const bool has_point = !job.is_3000 && choices.one_in(2);
+    const bool has_point = (!is_3000 && choices.one_in(2)) || spelling.unit != SmUnit::Microns;
     out += "T" + std::to_string(i + 1) + "D" +
-           (has_point ? with_point(um, choices) : std::to_string(um / 10)) + spelling.line_end;
+           (has_point ? with_point(um, spelling.unit, choices) : std::to_string(um / 10)) +
+           spelling.line_end;
   }
   return out + "$" + spelling.line_end;
 }

@@ -29,8 +29,8 @@ CLI::Option* add_format(CLI::App* command, PartialFormat& format) {
   return command
       ->add_option_function<std::string>("--format",
                                          take,
-                                         "Number format of an Excellon program, whatever it "
-                                         "states: inch or metric, zeros that are "
+                                         "Number format of the program, whatever it states: "
+                                         "inch or metric, zeros that are "
                                          "kept (lz, tz), digits; such as inch,tz,2.4")
       ->check(CLI::Validator(check, "UNIT,ZEROS,DIGITS"));
 }

@@ -165,5 +165,58 @@ TEST(PlainNumber, IsNothingElse) {
   EXPECT_EQ(read_plain_number(std::string(400, '9')), std::nullopt);
 }
 
+// --- in another unit -----------------------------------------------------------------------------
+
+std::string in_mm(std::string_view text, int n_decimals = 3) {
+  return command_in_mm(text, inch(1), n_decimals).value_or("nothing");
+}
+
+TEST(CommandInMm, ConvertsTheLengthOfACommand) {
+  EXPECT_EQ(in_mm("MAPT.04"), "MAPT1.016");
+  EXPECT_EQ(in_mm("BOTT,R.002"), "BOTT,R0.051");
+  EXPECT_EQ(in_mm("BOTR0.06"), "BOTR1.524");
+  EXPECT_EQ(in_mm("TOPR-1"), "TOPR-25.4");
+  EXPECT_EQ(in_mm("BOTK,.1"), "BOTK,2.54");
+  EXPECT_EQ(in_mm("NIB.0005"), "NIB0.013");
+  EXPECT_EQ(in_mm("NIB.0005", 6), "NIB0.0127");
+  EXPECT_EQ(in_mm("TOPK10"), "TOPK254.");
+  EXPECT_EQ(in_mm("BOTR0"), "BOTR0.");
+}
+
+TEST(CommandInMm, LeavesWhatHasNoLength) {
+  for (const char* const text : {"SPAV,A",
+                                 "BOTL5",
+                                 "PEKM,M4",
+                                 "OPID,BOARD 7",
+                                 "BROK2",
+                                 "CATM5",
+                                 "CHEKT1T2",
+                                 "CHEK,E",
+                                 "DEPM,Z",
+                                 "FORB,A",
+                                 "OD1",
+                                 "ROV0",
+                                 "CAMN7",
+                                 "UNKNOWN"}) {
+    EXPECT_EQ(in_mm(text), text);
+  }
+}
+
+TEST(CommandInMm, GivesNothingForNumbersThatNothingDescribes) {
+  for (const char* const text : {"CHEK,S1XYDX2.DY0.N20",
+                                 "CHEKX100.Y10.DXDY10.",
+                                 "APEK,D1I2J3",
+                                 "DPEK,D1I2J3",
+                                 "TPEK,I1J2",
+                                 "QUIK5",
+                                 "DEPM3",
+                                 "FORB,X1.Y2.D.5",
+                                 "SPEK1",
+                                 "UNKNOWN1",
+                                 "MAPT.00001"}) {
+    EXPECT_EQ(in_mm(text), "nothing") << text;
+  }
+}
+
 }  // namespace
 }  // namespace panelcal::sieb_meyer

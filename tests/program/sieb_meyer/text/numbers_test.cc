@@ -79,7 +79,9 @@ TEST(SiebMeyerFormats, HaveNames) {
 
 TEST(SiebMeyerFormats, HaveTheStepOfTheirCoordinates) {
   for (const FileFormat format : kFormats) {
-    EXPECT_DOUBLE_EQ(format_step_mm(format), parse_number("7", format, Quantity::Coordinate).step);
+    EXPECT_DOUBLE_EQ(ProgramFormat(format).step_mm(),
+                     parse_number("7", format, Quantity::Coordinate).step);
+    EXPECT_TRUE(ProgramFormat(format).is_described());
   }
 }
 

@@ -80,24 +80,28 @@ class WorkReader {
 
 }  // namespace
 
-WorkRun run_on(MeasurementSource& panel, const std::string& text, const WalkOptions& options) {
+WorkRun run_on(MeasurementSource& panel,
+               const std::string& text,
+               const WalkOptions& options,
+               const ReadOptions& reading) {
   NominalProbeSource probes;
-  return run_on(panel, probes, text, options);
+  return run_on(panel, probes, text, options, reading);
 }
 
 WorkRun run_on(MeasurementSource& panel,
                ProbeSource& probes,
                const std::string& text,
-               const WalkOptions& options) {
+               const WalkOptions& options,
+               const ReadOptions& reading) {
   const WalkOptions whole = with_whole_cycles(options);
   DiagnosticLog log;
   WorkRun run;
-  const Program program = load_program({"p", text}, log);
+  const Program program = load_program({"p", text}, log, reading);
   const Survey found = survey(program, whole, panel, probes, log);
   for (const Measurement& measurement : found.measurements) {
     run.requests.push_back(measurement.request);
   }
-  for (const ProbeReading& reading : found.probes) run.probes.push_back(reading.request);
+  for (const ProbeReading& probe : found.probes) run.probes.push_back(probe.request);
   if (!log.has_errors()) {
     EventRecorder recorder;
     execute(program, whole, found, recorder, log);
@@ -109,17 +113,22 @@ WorkRun run_on(MeasurementSource& panel,
   return run;
 }
 
-WorkRun run_nominally(const std::string& text, const WalkOptions& options) {
+WorkRun run_nominally(const std::string& text,
+                      const WalkOptions& options,
+                      const ReadOptions& reading) {
   NominalSource panel;
-  return run_on(panel, text, options);
+  return run_on(panel, text, options, reading);
 }
 
-Translation translate(const std::string& text, Dialect to, const WalkOptions& options) {
+Translation translate(const std::string& text,
+                      Dialect to,
+                      const WalkOptions& options,
+                      const ReadOptions& reading) {
   WalkOptions walk = with_whole_cycles(options);
   DiagnosticLog log;
   Translation translation;
   NominalSource source;
-  const Program program = load_program({"p", text}, log);
+  const Program program = load_program({"p", text}, log, reading);
   const Survey found = survey(program, walk, source, log);
   StringSink bytes;
   // With all digits: what is compared here is the work, not its rounding.

@@ -18,14 +18,20 @@ struct WorkRun {
   std::vector<MeasurementRequest> requests;
   std::vector<ProbeRequest> probes;
 };
-WorkRun run_on(MeasurementSource& panel, const std::string& text, const WalkOptions& options = {});
+WorkRun run_on(MeasurementSource& panel,
+               const std::string& text,
+               const WalkOptions& options = {},
+               const ReadOptions& reading = {});
 /// On a board whose surface `probes` knows.
 WorkRun run_on(MeasurementSource& panel,
                ProbeSource& probes,
                const std::string& text,
-               const WalkOptions& options = {});
+               const WalkOptions& options = {},
+               const ReadOptions& reading = {});
 /// On a perfect panel.
-WorkRun run_nominally(const std::string& text, const WalkOptions& options = {});
+WorkRun run_nominally(const std::string& text,
+                      const WalkOptions& options = {},
+                      const ReadOptions& reading = {});
 
 /// A program in the other language, or in its own.
 struct Translation {
@@ -34,7 +40,10 @@ struct Translation {
   std::vector<std::string> errors;  ///< of the walk
   bool is_refused = false;          ///< something that decides places or depths has no form
 };
-Translation translate(const std::string& text, Dialect to, const WalkOptions& options = {});
+Translation translate(const std::string& text,
+                      Dialect to,
+                      const WalkOptions& options = {},
+                      const ReadOptions& reading = {});
 
 /// The language that this program is not in.
 Dialect other_language(const std::string& text);
