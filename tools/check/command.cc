@@ -122,8 +122,7 @@ ExitCode run_command(const CheckOptions& options, CommandContext& context) {
                            .clock = options.clock,
                            .now = now,
                            .max_operations = options.max_operations,
-                           .accepts_unterminated = options.accepts_unterminated,
-                           .format = options.number_format,
+                           .reading = options.reading,
                            .command = "panelcal check"};
   if (const auto set = set_walk_terms(terms, config); !set) return fail(set.error());
   if (!options.machine.empty()) {

@@ -10,14 +10,6 @@
 
 namespace panelcal::excellon {
 
-namespace {
-
-bool has_sign(const Word& word) {
-  return word.number.starts_with('+') || word.number.starts_with('-');
-}
-
-}  // namespace
-
 // --- helpers -----------------------------------------------------------------------------------
 
 void Interpreter::report(Code code, const Block& block, const Word& word, std::string expected) {
@@ -44,17 +36,8 @@ double Interpreter::rounding_mm() const {
 
 /// Says once that a number has more digits than the format, zeros on its left.
 void Interpreter::warn_padded(const Block& block, const Word& word) {
-  const auto n_digits = static_cast<int>(word.number.size()) - (has_sign(word) ? 1 : 0);
-  const int n_most = format_.integer_digits + format_.decimal_digits;
-  if (n_digits <= n_most || word.number.find('.') != std::string_view::npos ||
-      std::exchange(warned_padded_, true)) {
-    return;
-  }
-  reporter_.report(Code::NotationAccepted,
-                   block.line,
-                   word.column,
-                   quoted(word.text()) + " has zeros beyond " + format_.summary(),
-                   fmt::format("at most {} digits", n_most));
+  if (!has_extra_digits(word.number, format_) || std::exchange(warned_padded_, true)) return;
+  reporter_.report_padded(word.text(), block.line, word.column, format_);
 }
 
 bool Interpreter::read_word(const Block& block, const Word& word, MotionWords& out) {

@@ -48,16 +48,15 @@ Interpreter::Interpreter(const Program& program,
       set_(header_.set),
       deletes_blocks_(program.deletes_blocks()),
       cursor_(text_, header_.body),
+      stated_(header_.stated),
       format_(header_.format),
       plain_(format_),
       axes_(excellon_placement(program.axis_version())),
       frame_(axes_),
       body_rules_(header_.body_rules),
-      has_dimension_(header_.has_dimension),
-      states_zeros_(header_.states_zeros) {
+      has_dimension_(header_.has_dimension) {
   modal_.incremental = header_.incremental;
   modal_.text_offset = header_.text_offset;
-  states_unit_ = header_.states_format;
   place_.placement = frame_;
   place_.is_scaled = options.scaling && options.scaling->starts_enabled;
   const auto correction = header_.zero_correction;
@@ -273,14 +272,15 @@ std::optional<std::size_t> Interpreter::second_block(const Block& block) const {
 /// A comment that states other digits than those in force: two files may have been joined. Digits
 /// that METRIC states rule over comments.
 void Interpreter::check_comment(const SourceLine& line) {
-  const CommentFormat stated = read_comment_format(line.text);
-  const PartialFormat& forced = program_.reading.forced_format;
-  const bool is_other_unit = stated.unit && !forced.unit && *stated.unit != format_.unit;
-  const bool is_other_zeros = stated.zeros && !forced.zeros && *stated.zeros != format_.zeros;
-  const bool rules_over_digits = forced.digits || (format_.states_digits && !header_.states_digits);
+  const CommentFormat comment = read_comment_format(line.text);
+  const PartialFormat& ruling = stated_.of(StatedFormat::Source::Operator);
+  const bool is_other_unit = comment.unit && !ruling.unit && *comment.unit != format_.unit;
+  const bool is_other_zeros = comment.zeros && !ruling.zeros && *comment.zeros != format_.zeros;
+  const auto source = stated_.source_of_digits();
+  const bool has_ruling_digits = source && *source <= StatedFormat::Source::Word;
   const bool is_other_digits =
-      stated.digits && !rules_over_digits &&
-      *stated.digits != std::pair(format_.integer_digits, format_.decimal_digits);
+      comment.digits && !has_ruling_digits &&
+      *comment.digits != std::pair(format_.integer_digits, format_.decimal_digits);
   if (!is_other_unit && !is_other_zeros && !is_other_digits) return;
   reporter_.report(Code::ArgumentInvalid,
                    line.number,

@@ -166,10 +166,8 @@ class Interpreter {
   Tool known_tool(const Block& block, const ToolBlock& read);
   void rate(const Block& block);
   void set_zero(const Block& block);
-  bool is_overridden(const Block& block,
-                     std::optional<LengthUnit> unit,
-                     std::optional<Zeros> zeros);
   void set_unit(const Block& block, LengthUnit unit);
+  void take_format(const Block& block, const StatedFormat& stated);
   bool is_late_unit(LengthUnit unit) const;
   void pass_on_setting(const Block& block);
   void header_word(const SourceLine& line);
@@ -256,7 +254,8 @@ class Interpreter {
   ProgramSet set_;
   bool deletes_blocks_;
   LineCursor cursor_;
-  NumberFormat format_;
+  StatedFormat stated_;  ///< by the body as well, as far as it is read
+  NumberFormat format_;  ///< that of `stated_`
   PlainReader plain_;
   Modal modal_;
   const Placement axes_;  ///< axis version
@@ -283,13 +282,11 @@ class Interpreter {
   bool in_stored_pattern_ = false;
   std::size_t pattern_depth_ = 0;  ///< step and repeat levels around the stored pattern
   bool has_motion_ = false;
-  bool states_unit_ = false;  ///< in the header, or by M71 or M72
   bool warned_slash_ = false;
   bool warned_split_ = false;   ///< two blocks in a line
   bool warned_feed_ = false;    ///< of a pattern's copies
   bool warned_count_ = false;   ///< offsets counted anew without a bare M02
   bool warned_padded_ = false;  ///< zeros beyond the format's digits
-  bool states_zeros_;           ///< in the header, or by INCH or METRIC in the body
   bool reported_no_tool_ = false;
   int line_of_open_count_ = 0;  ///< see RepeatSection
   bool ended_ = false;          ///< nothing more is executed

@@ -149,50 +149,37 @@ void Interpreter::set_zero(const Block& block) {
 /// Source CNC-7 manual, Part Program Headers: "must be specified before any commands with
 /// dimensions"
 bool Interpreter::is_late_unit(LengthUnit unit) const {
-  return !states_unit_ && has_dimension_ && unit != format_.unit;
+  return !stated_.states_unit() && has_dimension_ && unit != format_.unit;
 }
 
-/// --format holds, whatever a unit or zeros of the body say: a warning where they say another.
-bool Interpreter::is_overridden(const Block& block,
-                                std::optional<LengthUnit> unit,
-                                std::optional<Zeros> zeros) {
-  const PartialFormat& forced = program_.reading.forced_format;
-  const bool is_unit = unit && forced.unit;
-  const bool is_zeros = zeros && forced.zeros;
-  if ((is_unit && *unit != *forced.unit) || (is_zeros && *zeros != *forced.zeros)) {
-    reporter_.report(Code::FormatOverridden,
-                     block.line,
-                     block.column,
-                     quoted(block.text) + " is not obeyed: " + forced.from,
-                     "the format that the program states");
-  }
-  return (is_unit || !unit) && (is_zeros || !zeros);
-}
-
-/// M71, M72: only before anything moved, since they change what numbers mean.
+/// M71, M72.
 void Interpreter::set_unit(const Block& block, LengthUnit unit) {
-  if (is_overridden(block, unit, std::nullopt)) return;
-  const bool is_late = is_late_unit(unit);
-  states_unit_ = true;
-  if (unit == format_.unit) return;
-  if (has_motion_ || in_pattern_) {
+  PartialFormat words;
+  words.unit = unit;
+  stated_.check_obeyed(words, block.text, block.line, block.column, reporter_);
+  StatedFormat stated = stated_;
+  stated.add(StatedFormat::Source::Word, words);
+  take_format(block, stated);
+}
+
+/// A unit only before anything moved, since it changes what numbers mean.
+void Interpreter::take_format(const Block& block, const StatedFormat& stated) {
+  const LengthUnit unit = stated.format().unit;
+  if (unit != format_.unit && (has_motion_ || in_pattern_)) {
     return report(Code::CommandMisplaced,
                   block,
                   block.words[0],
                   "the unit before the first coordinate and outside step and repeat");
   }
-  if (is_late) {
+  if (is_late_unit(unit)) {
     reporter_.report(Code::ArgumentInvalid,
                      block.line,
                      block.column,
                      quoted(block.text) + " comes behind numbers whose unit it states",
                      "INCH or METRIC, with LZ or TZ, before all dimensions");
   }
-  format_.unit = unit;
-  if (!header_.states_digits) {
-    format_.states_digits = false;
-    format_.take_digits(program_.reading.unstated_format());
-  }
+  stated_ = stated;
+  format_ = stated.format();
   plain_ = PlainReader(format_);
 }
 
@@ -210,14 +197,23 @@ void Interpreter::header_word(const SourceLine& line) {
   };
   if (refuse_pending(block.line, block.text)) return;
   const bool states_unit = word == "INCH" || word == "METRIC";
-  const LengthUnit stated = word == "INCH" ? LengthUnit::Inch : LengthUnit::Millimeter;
   const std::optional<FormatWords> words = read_format_words(value);
-  if (states_unit && is_overridden(block, stated, words ? words->zeros : std::nullopt)) return;
-  const PartialFormat& forced = program_.reading.forced_format;
-  const LengthUnit unit = forced.unit.value_or(stated);
+  StatedFormat stated = stated_;
+  if (states_unit) {
+    PartialFormat parts;
+    parts.unit = word == "INCH" ? LengthUnit::Inch : LengthUnit::Millimeter;
+    if (words) parts.zeros = words->zeros;
+    stated_.check_obeyed(parts, block.text, block.line, block.column, reporter_);
+    const PartialFormat& ruling = stated_.of(StatedFormat::Source::Operator);
+    if (ruling.unit && (ruling.zeros || !parts.zeros)) return;
+    stated.add(StatedFormat::Source::Word, parts);
+  }
+  const LengthUnit unit = stated.format().unit;
+  const Zeros zeros = stated.format().zeros;
   if (const auto known = header_.options.find(word); known != header_.options.end()) {
     const HeaderCommand first{known->first, known->second};
-    const OptionAgain again = compare_options(first, {word, value}, format_, states_zeros_);
+    const OptionAgain again =
+        compare_options(first, {word, value}, format_, stated_.states_zeros());
     if (again == OptionAgain::Contradicts) {
       return report(Code::ArgumentInvalid,
                     quoted(block.text) + " behind " + quoted(first.text()),
@@ -231,16 +227,14 @@ void Interpreter::header_word(const SourceLine& line) {
     }
     if (is_same) return;
   }
-  const Zeros stated_zeros = words && words->zeros ? *words->zeros : format_.zeros;
-  const Zeros zeros = forced.zeros.value_or(stated_zeros);
-  if (states_unit &&
-      ((states_unit_ && unit != format_.unit) || (states_zeros_ && zeros != format_.zeros))) {
+  if ((stated_.states_unit() && unit != format_.unit) ||
+      (stated_.states_zeros() && zeros != format_.zeros)) {
     return report(Code::ArgumentInvalid,
                   quoted(block.text) + " contradicts " + format_.summary(),
                   "one number format for the whole program");
   }
   const bool says_nothing_new =
-      states_unit_ && words && !words->digits && (!words->zeros || states_zeros_);
+      stated_.states_unit() && words && !words->digits && (!words->zeros || stated_.states_zeros());
   if (states_unit && says_nothing_new) return;
   const bool is_known_value =
       states_unit     ? words && !words->digits
@@ -250,8 +244,8 @@ void Interpreter::header_word(const SourceLine& line) {
       (states_unit && has_motion_)) {
     return report(Code::CommandMisplaced, quoted(block.text), "it between M48 and %");
   }
-  const bool is_late = states_unit && is_late_unit(unit);  // set_unit() says so
-  if (states_unit && has_dimension_ && !states_zeros_ && zeros != format_.zeros && !is_late) {
+  const bool is_late = states_unit && is_late_unit(unit);  // take_format() says so
+  if (has_dimension_ && zeros != format_.zeros && !is_late) {
     report(Code::ArgumentInvalid,
            quoted(block.text) + " comes behind numbers whose zeros it states",
            "INCH or METRIC, with LZ or TZ, before all dimensions");
@@ -265,11 +259,7 @@ void Interpreter::header_word(const SourceLine& line) {
   if (!states_unit) return pass_on_setting(block);
   block.words[0] = {word.front(), block.column, word.substr(1)};
   block.n_words = 1;
-  set_unit(block, unit);
-  if (!words->zeros) return;
-  format_.zeros = zeros;
-  states_zeros_ = true;
-  plain_ = PlainReader(format_);
+  take_format(block, stated);
 }
 
 /// Settings are passed on as written, and outputs state one unit for all of them.

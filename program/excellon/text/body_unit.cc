@@ -4,6 +4,7 @@
 #include "program/excellon/text/header_words.h"
 #include "program/model/setting_lengths.h"
 #include "program/text/gaps.h"
+#include <fmt/format.h>
 
 namespace panelcal::excellon {
 
@@ -21,9 +22,11 @@ std::optional<BodyUnit> find_body_unit(LineCursor body, ProgramSet set) {
     const auto [word, value] = split_header_command(text);
     const bool is_inch = word == "INCH" || word == inch_code;
     if (!is_inch && word != "METRIC" && word != "M71") continue;
-    BodyUnit found{line.number, text, is_inch ? LengthUnit::Inch : LengthUnit::Millimeter, {}};
+    BodyUnit found{line.number, text, {}};
+    found.format.unit = is_inch ? LengthUnit::Inch : LengthUnit::Millimeter;
+    found.format.from = fmt::format("line {}: {}", line.number, text);
     const std::optional<FormatWords> words = read_format_words(value);
-    if (words && !words->digits) found.zeros = words->zeros;
+    if (words && !words->digits) found.format.zeros = words->zeros;
     return found;
   }
   return std::nullopt;

@@ -14,8 +14,7 @@ namespace panelcal::excellon {
 struct BodyUnit {
   int line = 0;
   std::string_view text;  ///< of the line, without blanks at either end
-  LengthUnit unit = LengthUnit::Inch;
-  std::optional<Zeros> zeros;
+  PartialFormat format;   ///< the unit, and perhaps zeros
 };
 
 /// Looks on from `body` for a unit before the first coordinate, and before settings with lengths,

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "program/excellon/text/lexer.h"
+#include "program/excellon/text/stated_format.h"
 #include "program/model/operation.h"
 #include "program/model/program_head.h"
 #include "program/text/number_format.h"
@@ -27,18 +28,17 @@ struct HeaderSetting {
 
 /// The head of a program, before its body.
 struct Header : ProgramHead {
-  NumberFormat format;
-  bool states_format = false;  ///< unit known from the header or a CAM comment
-  bool states_zeros = false;   ///< LZ or TZ, or a CAM comment to the same effect
-  bool states_digits = false;  ///< digit counts from a CAM comment, whatever the unit
+  NumberFormat format;         ///< that of `stated`
+  StatedFormat stated;         ///< its parts with their sources
   bool has_dimension = false;  ///< numbers that the unit measures stand in the header
   /// With the unit that only the body states, before its first coordinate: that of outputs.
   std::optional<NumberFormat> body_format;
-  std::string format_evidence;                ///< the line that states it, for people
+  std::string format_evidence;                ///< its sources, for people; empty: none
   ProgramSet set = ProgramSet::FormatTwo;     ///< FMAT
   std::map<int, Length> compensation_values;  ///< CP: diameter by compensation index
   std::vector<HeaderSetting> settings;
   bool incremental = false;                                        ///< ICI,ON
+  bool states_incremental = false;                                 ///< it is stated, on or off
   Displacement<frame::Programmed> text_offset;                     ///< CAN_TEXT_OFF
   std::optional<Displacement<frame::Programmed>> zero_set;         ///< Z
   std::optional<Displacement<frame::Programmed>> zero_correction;  ///< ZC

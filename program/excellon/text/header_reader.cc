@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include "program/excellon/text/body_unit.h"
 #include "program/excellon/text/format_choice.h"
 #include "program/excellon/text/header_format.h"
 #include "program/excellon/text/lexer.h"
@@ -28,13 +29,13 @@ class HeaderReader {
  public:
   HeaderReader(const std::string& file,
                std::string_view bytes,
-               const FormatStart& start,
+               const StatedFormat& outside,
                const ReadOptions& reading,
                DiagnosticLog& log)
       : cursor_(bytes),
         reporter_(file, log),
-        diameter_page_(reading.diameter_page),
-        format_(header_, reporter_, start, reading) {}
+        reading_(reading),
+        format_(header_, outside, reporter_) {}
 
   Header read() {
     while (true) {
@@ -45,7 +46,11 @@ class HeaderReader {
       if (ahead == HeaderAhead::Start) read_between_marks();
     }
     find_body();
-    format_.read_body(LineCursor(cursor_.text(), header_.body));
+    const FormatBeside& beside = reading_.format_beside;
+    if (!header_.states_incremental && beside.is_incremental.value_or(false)) {
+      header_.incremental = true;
+      header_.format_file = beside.file;
+    }
     return std::move(header_);
   }
 
@@ -88,7 +93,8 @@ class HeaderReader {
     const auto known = header_.options.find(command.word);
     if (known == header_.options.end()) return false;
     const HeaderCommand first{known->first, known->second};
-    const OptionAgain again = compare_options(first, command, header_.format, header_.states_zeros);
+    const OptionAgain again =
+        compare_options(first, command, header_.format, header_.stated.states_zeros());
     if (again == OptionAgain::More) return false;
     if (again == OptionAgain::Same) return true;
     invalid(line.number,
@@ -149,6 +155,7 @@ class HeaderReader {
     }
     if (text == "G90" || text == "G91") {
       header_.incremental = text == "G91";
+      header_.states_incremental = true;
       return;
     }
     if (text == "M71" || text == "M72") {
@@ -210,7 +217,10 @@ class HeaderReader {
         break;
     }
     if (word == "INCH" || word == "METRIC") return format_.read_unit(line, column, {word, value});
-    if (word == "ICI") return read_switch(line, value_column, value, header_.incremental);
+    if (word == "ICI") {
+      header_.states_incremental = true;
+      return read_switch(line, value_column, value, header_.incremental);
+    }
     if (word == "OM48") return read_switch(line, value_column, value, header_.body_rules);
     if (word == "BLKD") {
       header_.block_delete.emplace();
@@ -326,8 +336,13 @@ class HeaderReader {
                        std::string(fault->expected));
       return;
     }
-    const auto tool = read_tool_block(block, {header_.format, nullptr, diameter_page_}, reporter_);
+    const auto tool =
+        read_tool_block(block, {header_.format, nullptr, reading_.diameter_page}, reporter_);
     if (!tool) return;
+    const Word* const padded = padded_length(block, header_.format);
+    if (padded != nullptr && !std::exchange(warned_padded_, true)) {
+      reporter_.report_padded(padded->text(), line.number, padded->column, header_.format);
+    }
     header_.has_dimension |= has_dimension(tool->tool);
     header_.tool_lines.emplace(tool->tool.number, line.number);
     Tool merged = tool->tool;
@@ -361,11 +376,12 @@ class HeaderReader {
 
   LineCursor cursor_;
   Reporter reporter_;
-  const std::vector<Tool>& diameter_page_;
+  const ReadOptions& reading_;
   Header header_;
   HeaderFormat format_;
   int start_line_ = 0;
   bool has_read_ = false;  ///< a header, or a command of it
+  bool warned_padded_ = false;
 };
 
 }  // namespace
@@ -377,28 +393,35 @@ Header read_header(const SourceText& source,
   Spelling spelling = respell(source.bytes, Reporter(source.file, log));
   const std::string_view bytes =
       spelling.text.empty() ? source.bytes : std::string_view(spelling.text);
-  const auto read = [&](const FormatStart& start, DiagnosticLog& to) {
-    return HeaderReader(source.file, bytes, start, reading, to).read();
+  StatedFormat outside(reading);
+  const auto read = [&](DiagnosticLog& to) {
+    return HeaderReader(source.file, bytes, outside, reading, to).read();
   };
-  const FormatStart start = stated_start(reading);
   // Tool data may stand before the line that states the unit, or nothing does: the numbers say how
   // to read them, and the header is then read again.
   DiagnosticLog of_draft = log;
-  Header header = read(start, of_draft);
-  std::optional<FormatStart> chosen;
-  if (!start.knows_unit || !start.knows_zeros) {
-    chosen = choose_format(bytes,
-                           spelling.calls_patterns ? read_patterns : PatternTexts(),
-                           header,
-                           start,
-                           reading,
-                           Reporter(source.file, log));
+  Header header = read(of_draft);
+  std::optional<BodyUnit> body;
+  if (!header.stated.states_unit() || !header.stated.states_zeros()) {
+    body = find_body_unit(LineCursor(bytes, header.body), header.set);
   }
-  if (chosen) {
-    header = read(*chosen, log);
+  const PatternTexts patterns = spelling.calls_patterns ? read_patterns : PatternTexts();
+  const auto choice = choose_format({source.file, bytes, patterns, header, body, reading}, log);
+  if (choice) {
+    outside.add(StatedFormat::Source::Numbers, choice->numbers);
+    header = read(log);
+    header.is_refused = choice->is_open;
   } else {
     log = std::move(of_draft);
   }
+  StatedFormat whole = header.stated;
+  if (body && !header.stated.states_unit()) {
+    whole.add(StatedFormat::Source::Word, body->format);
+    // Outputs state the unit in their header.
+    if (!header.has_dimension) header.body_format = whole.format();
+  }
+  header.format_evidence = whole.evidence();
+  if (whole.uses(StatedFormat::Source::Beside)) header.format_file = reading.format_beside.file;
   header.calls_patterns = spelling.calls_patterns;
   header.respelled = std::move(spelling.text);
   return header;

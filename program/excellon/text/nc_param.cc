@@ -11,23 +11,29 @@
 namespace panelcal::excellon {
 namespace {
 
-constexpr std::array<std::string_view, 5> kKeys = {"OUTPUT-UNITS",
+constexpr std::array<std::string_view, 6> kKeys = {"OUTPUT-UNITS",
                                                    "INTEGER-PLACES",
                                                    "DECIMAL-PLACES",
                                                    "SUPPRESS-LEAD-ZEROES",
-                                                   "SUPPRESS-TRAIL-ZEROES"};
-enum Key : std::size_t { kUnits, kBefore, kBehind, kLeading, kTrailing };
+                                                   "SUPPRESS-TRAIL-ZEROES",
+                                                   "COORDINATES"};
+enum Key : std::size_t { kUnits, kBefore, kBehind, kLeading, kTrailing, kCoordinates };
 
 std::string_view expected_of(std::size_t key) {
   if (key == kUnits) return "ENGLISH or METRIC";
+  if (key == kCoordinates) return "ABSOLUTE or INCREMENTAL";
   return key == kBefore || key == kBehind ? "1 to 6" : "YES or NO";
 }
 
-/// The value as a number: a unit's, of digits, of a switch.
+/// The value as a number: of two words the second is 1.
 std::optional<int> value_of(std::size_t key, std::string_view text) {
   if (key == kUnits) {
     if (text == "ENGLISH" || text == "INCHES" || text == "INCH") return 0;
     return text == "METRIC" ? std::optional(1) : std::nullopt;
+  }
+  if (key == kCoordinates) {
+    if (text == "ABSOLUTE") return 0;
+    return text == "INCREMENTAL" ? std::optional(1) : std::nullopt;
   }
   if (key == kLeading || key == kTrailing) {
     if (text == "NO") return 0;
@@ -39,7 +45,7 @@ std::optional<int> value_of(std::size_t key, std::string_view text) {
 
 }  // namespace
 
-Expected<PartialFormat> read_nc_param(const SourceText& source) {
+Expected<FormatBeside> read_nc_param(const SourceText& source) {
   std::array<std::optional<int>, kKeys.size()> values;
   for (LineCursor cursor(source.bytes); !cursor.at_end();) {
     const SourceLine line = cursor.next();
@@ -58,7 +64,9 @@ Expected<PartialFormat> read_nc_param(const SourceText& source) {
                       std::string(is_again ? "each line once" : expected_of(key))});
     }
   }
-  PartialFormat format;
+  FormatBeside beside;
+  beside.file = source.file;
+  PartialFormat& format = beside.format;
   if (values[kUnits])
     format.unit = *values[kUnits] == 0 ? LengthUnit::Inch : LengthUnit::Millimeter;
   if (values[kBefore] && values[kBehind]) format.digits.emplace(*values[kBefore], *values[kBehind]);
@@ -68,7 +76,8 @@ Expected<PartialFormat> read_nc_param(const SourceText& source) {
     format.zeros = leaves_leading ? Zeros::TrailingKept : Zeros::LeadingKept;
   }
   if (!format.is_empty()) format.from = source.file;
-  return format;
+  if (values[kCoordinates]) beside.is_incremental = *values[kCoordinates] == 1;
+  return beside;
 }
 
 }  // namespace panelcal::excellon

@@ -91,6 +91,7 @@ Line next_line(LineCursor& cursor, const LineRules& rules, Block& block) {
     kind = kind_of(line.text);
   }
   block.text = trimmed(line.text);
+  block.line = line.number;
   if (kind != LineKind::Words && kind != LineKind::KeyboardOrder) return Line::Other;
   if (is_tool_link(block.text)) return Line::Other;
   if (is_long_message(line.text)) {
@@ -111,10 +112,16 @@ bool is_incremental_word(std::string_view text) {
 /// Sixteen characters at once, a form that GCC and Clang have for every machine.
 using Sixteen = signed char __attribute__((vector_size(16)));
 
+Sixteen sixteen_at(const char* text) {
+  Sixteen c;
+  std::memcpy(&c, text, sizeof c);
+  return c;
+}
+
 /// Lines that a text begins with.
 struct PointedLines {
   std::size_t n_characters = 0;
-  bool are_so = false;  ///< nothing but X and Y, with as many decimal points as letters
+  bool are_so = false;  ///< nothing but X and Y, each with a decimal point or a lone 0
 };
 
 /// Most programs without zeros have decimal points from end to end, and each pays for the look.
@@ -128,20 +135,26 @@ PointedLines look_for_pointed_lines(std::string_view text) {
   }
   Sixteen more_points = {};
   Sixteen others = {};
-  const auto look = [&](Sixteen c) {
+  // Of the characters in `c` those that follow each are in `next`, and those behind in `third`.
+  const auto look = [&](Sixteen c, Sixteen next, Sixteen third) {
     const Sixteen xy = (c | 1) == 'Y';
-    more_points += xy - (c == '.');
+    const Sixteen ends = (third < '0') & (third != '.');
+    const Sixteen zero = xy & (next == '0') & (ends | (third > '9'));
+    more_points += xy - zero - (c == '.');
     others |= ((c > '9') & ~xy) | (c == '/');
   };
   std::size_t i = 0;
-  for (; i + sizeof(Sixteen) <= size; i += sizeof(Sixteen)) {
-    Sixteen c;
-    std::memcpy(&c, text.data() + i, sizeof c);
-    look(c);
+  for (; i + sizeof(Sixteen) + 2 <= size; i += sizeof(Sixteen)) {
+    const char* const at = text.data() + i;
+    look(sixteen_at(at), sixteen_at(at + 1), sixteen_at(at + 2));
   }
-  Sixteen rest = {};
-  std::memcpy(&rest, text.data() + i, size - i);
-  look(rest);
+  // Behind the last line there is nothing: characters of value 0 end its number.
+  std::array<char, 2 * sizeof(Sixteen) + 2> rest = {};
+  std::memcpy(rest.data(), text.data() + i, size - i);
+  for (std::size_t k = 0; k < size - i; k += sizeof(Sixteen)) {
+    const char* const at = rest.data() + k;
+    look(sixteen_at(at), sixteen_at(at + 1), sixteen_at(at + 2));
+  }
   int sum = 0;
   bool has_others = false;
   for (std::size_t lane = 0; lane < sizeof(Sixteen); ++lane) {
@@ -149,6 +162,31 @@ PointedLines look_for_pointed_lines(std::string_view text) {
     has_others |= others[lane] != 0;
   }
   return {size, sum == 0 && !has_others};
+}
+
+/// Passes every line that is executed up to the end of the program to `visit`, as its kind and its
+/// block, until it returns false.
+///
+/// In     skips_pointed: lines of X and Y alone that have no bare number need not be passed
+template <class Visit>
+void visit_lines(std::string_view program,
+                 const LineRules& rules,
+                 bool skips_pointed,
+                 const Visit& visit) {
+  std::size_t slow_until = skips_pointed ? 0 : program.size();
+  for (LineCursor cursor(program); !cursor.at_end();) {
+    if (cursor.offset() >= slow_until) {
+      const PointedLines ahead = look_for_pointed_lines(program.substr(cursor.offset()));
+      if (ahead.are_so) {
+        cursor.skip(ahead.n_characters, 0);
+        continue;
+      }
+      slow_until = cursor.offset() + ahead.n_characters;
+    }
+    Block block;
+    const Line line = next_line(cursor, rules, block);
+    if (!visit(line, block) || (line == Line::Block && is_end(block, rules.set))) return;
+  }
 }
 
 }  // namespace
@@ -256,55 +294,37 @@ unsigned WrittenNumbers::lengths() const {
 }
 
 bool has_bare_number(std::string_view program, const LineRules& rules) {
-  std::size_t slow_until = 0;
-  for (LineCursor cursor(program); !cursor.at_end();) {
-    if (cursor.offset() >= slow_until) {
-      const PointedLines ahead = look_for_pointed_lines(program.substr(cursor.offset()));
-      if (ahead.are_so) {
-        cursor.skip(ahead.n_characters, 0);
-        continue;
-      }
-      slow_until = cursor.offset() + ahead.n_characters;
-    }
-    Block block;
-    const Line line = next_line(cursor, rules, block);
-    if (line == Line::Setting && block.text.find('.') == std::string_view::npos) return true;
-    if (line != Line::Block) continue;
-    for (const Word& word : block.all()) {
+  bool is_found = false;
+  visit_lines(program, rules, true, [&](Line line, const Block& block) {
+    const auto is_bare_length = [&](const Word& word) {
       const Meaning meaning = meaning_of(block, word, rules.set);
-      const bool counts = meaning != Meaning::None && meaning != Meaning::Rate;
-      if (counts && is_bare(word.number)) return true;
-    }
-    if (is_end(block, rules.set)) return false;
-  }
-  return false;
+      return meaning != Meaning::None && meaning != Meaning::Rate && is_bare(word.number);
+    };
+    is_found = line == Line::Setting
+                   ? block.text.find('.') == std::string_view::npos
+                   : line == Line::Block && std::ranges::any_of(block.all(), is_bare_length);
+    return !is_found;
+  });
+  return is_found;
 }
 
 void take_census(std::string_view program, const LineRules& rules, NumberCensus& census) {
   bool has_coordinate = !census.x.is_empty() || !census.y.is_empty();
-  const auto name_first = [&](const Word& word, int line, bool is_coordinate_of) {
-    const bool is_first = census.first.empty() || (!has_coordinate && is_coordinate_of);
-    if (word.number.empty() || !is_first) return;
+  const auto name_first = [&](std::string_view text, int line, int column, bool is_coordinate_of) {
+    if (!census.first.empty() && (has_coordinate || !is_coordinate_of)) return;
     has_coordinate = is_coordinate_of;
-    census.first = word.text();
+    census.first = text;
     census.first_line = line;
-    census.first_column = word.column;
+    census.first_column = column;
   };
-  for (LineCursor cursor(program); !cursor.at_end();) {
-    const int number = cursor.line_number();
-    Block block;
-    const Line line = next_line(cursor, rules, block);
+  visit_lines(program, rules, false, [&](Line line, const Block& block) {
     census.has_faults |= line == Line::Fault;
     if (line == Line::Setting) {
       census.has_other_lengths = true;
       census.has_other_bare_lengths |= block.text.find('.') == std::string_view::npos;
-      if (census.first.empty()) {
-        census.first = block.text;
-        census.first_line = number;
-        census.first_column = 1;
-      }
+      name_first(block.text, block.line, 1, false);
     }
-    if (line != Line::Block) continue;
+    if (line != Line::Block) return true;
     census.is_incremental |= is_incremental_word(block.text);
     for (const Word& word : block.all()) {
       const Meaning meaning = meaning_of(block, word, rules.set);
@@ -319,10 +339,11 @@ void take_census(std::string_view program, const LineRules& rules, NumberCensus&
         census.has_other_lengths = true;
         census.has_other_bare_lengths |= meaning == Meaning::Other && is_bare(word.number);
       }
-      name_first(word, block.line, meaning == Meaning::Place);
+      if (word.number.empty()) continue;
+      name_first(word.text(), block.line, word.column, meaning == Meaning::Place);
     }
-    if (is_end(block, rules.set)) return;
-  }
+    return true;
+  });
 }
 
 }  // namespace panelcal::excellon

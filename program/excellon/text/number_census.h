@@ -89,7 +89,8 @@ struct LineRules {
 
 /// True if a length has digits without a decimal point: the zeros decide what it is.
 ///
-/// Cost   O(n); lines of X and Y alone that all have points are counted 16 characters at a time
+/// Cost   O(n); lines of X and Y alone that all have points, or a lone 0, are counted 16 characters
+///        at a time
 bool has_bare_number(std::string_view program, const LineRules& rules);
 
 /// Looks at every block that is executed of a program whose format is not known, up to its end.

@@ -48,6 +48,19 @@ TEST(FormatChoice, RefusesWhatCanBeMeantInInchAndInMetric) {
   EXPECT_THAT(out.text, HasSubstr("metric 3.3, leading zeros kept (x 10 to 30, y 20 to 40 mm)"));
 }
 
+/// A control in metric has 000.000, 0000.00 or 000.00 (CNC-7 manual, Inch vs. Metric).
+TEST(FormatChoice, RefusesMetricDigitsThatNothingDecides) {
+  const Read out = read("M48\nT1C.8\n%\nT1\nX012345Y023456\nX01Y013\nM30\n");
+  EXPECT_EQ(out.diagnostics, Lines{"p.exc:5:1: error[format-ambiguous]"});
+  EXPECT_THAT(out.text, HasSubstr("metric 3.3, leading zeros kept (x 10 to 12.3"));
+  EXPECT_THAT(out.text, HasSubstr("metric 4.2, leading zeros kept (x 100 to 123."));
+}
+
+TEST(FormatChoice, TakesTheMetricDigitsOfAUnitThatIsStated) {
+  const Read out = read("M48\nMETRIC\n%\nT1\nX012345Y023456\nX06Y013\nM30\n");
+  EXPECT_EQ(out.header.number_summary(), "metric 3.3, leading zeros kept");
+}
+
 TEST(FormatChoice, RefusesDecimalPointsWithoutAUnit) {
   EXPECT_EQ(read("T1\nX1.5Y2.0\nX3.5Y4.0\nM30\n").diagnostics,
             Lines{"p.exc:2:1: error[format-ambiguous]"});
@@ -166,6 +179,13 @@ TEST(FormatChoice, CoordinatesStayWithinTheTravel) {
               testing::ElementsAre("p.exc:5:1: error[format-ambiguous]"));
 }
 
+TEST(FormatChoice, TravelDecidesOnMetricDigits) {
+  const ReadOptions reading{.travel_mm = {{500, 500}}};
+  const Read out = read("M48\nT1C.8\n%\nT1\nX012345Y023456\nX01Y013\nX12Y01\nM30\n", reading);
+  EXPECT_EQ(out.header.number_summary(), "metric 3.3, leading zeros kept");
+  EXPECT_EQ(out.diagnostics, Lines{"p.exc:5:1: warning[format-assumed]"});
+}
+
 TEST(FormatChoice, AxesMayBeSwapped) {
   const ReadOptions reading{.travel_mm = {{300, 700}}};
   const std::string program = "M48\nVER,2\nMETRIC\nT1C0.8\n%\nT1\nX1234Y2345\nX6321Y2932\nM30\n";
@@ -209,9 +229,86 @@ TEST(FormatChoice, TheLastSettingDecidesWithoutAWarning) {
   EXPECT_EQ(summary("M48\nINCH,LZ\n%\nM30\n", reading), "inch 2.4, leading zeros kept");
 }
 
+/// A control takes the digits that were selected last (CNC-7 manual, Metric Measuring Mode), and
+/// METRIC alone stands for 000.000 in nearly all files.
+TEST(FormatChoice, WarnsOfDigitsThatAUnitTakesFromElsewhere) {
+  const ReadOptions reading{.last_format = {{}, Zeros::TrailingKept, std::pair(4, 2), "[program]"}};
+  const Read out = read("M48\nMETRIC,TZ\n%\nT1\nX1234Y2345\nM30\n", reading);
+  EXPECT_EQ(out.diagnostics, Lines{"p.exc:5:1: warning[format-assumed]"});
+  EXPECT_THAT(out.text, HasSubstr("metric 4.2, trailing zeros kept ([program])"));
+  EXPECT_THAT(out.text, HasSubstr("METRIC alone stands for metric 3.3, trailing zeros kept"));
+  EXPECT_EQ(out.header.number_summary(), "metric 4.2, trailing zeros kept");
+  EXPECT_EQ(out.header.format_evidence, "line 2: METRIC,TZ; [program]");
+  const Lines in_the_body{"p.exc:3:1: warning[format-assumed]"};
+  EXPECT_EQ(read("M71\nT1\nX1234Y2345\nM30\n", reading).diagnostics, in_the_body);
+}
+
+TEST(FormatChoice, WarnsOfNoDigitsThatAreStatedOrMakeNoDifference) {
+  const ReadOptions reading{.last_format = {{}, Zeros::TrailingKept, std::pair(4, 2), "[program]"}};
+  for (const char* head :
+       {"METRIC,TZ,0000.00\n", "METRIC,TZ,000.000\n", ";FILE_FORMAT=3:3\nM71\n"}) {
+    EXPECT_EQ(read(std::string("M48\n") + head + "%\nT1\nX1234Y2345\nM30\n", reading).diagnostics,
+              Lines{})
+        << head;
+  }
+  EXPECT_EQ(read("M48\nMETRIC,TZ\n%\nT1\nX1.234Y0\nM30\n", reading).diagnostics, Lines{});
+  EXPECT_EQ(read("T1\nX1234Y2345\nM30\n",
+                 {.last_format =
+                      {LengthUnit::Millimeter, Zeros::TrailingKept, std::pair(4, 2), "[program]"}})
+                .diagnostics,
+            Lines{});
+  // Under LZ digits behind the point say nothing of a value.
+  const ReadOptions tenths{.last_format = {{}, Zeros::LeadingKept, std::pair(3, 2), "[program]"}};
+  EXPECT_EQ(read("M48\nMETRIC,LZ\n%\nT1\nX01234Y02345\nM30\n", tenths).diagnostics, Lines{});
+}
+
+ReadOptions with_unreadable_file_beside() {
+  ReadOptions reading{
+      .last_format = {LengthUnit::Inch, Zeros::LeadingKept, std::pair(2, 4), "[program]"}};
+  reading.format_beside.file = "nc_param.txt";
+  reading.format_beside.fault =
+      Diagnostic{Code::ArgumentInvalid, {"nc_param.txt", 1, 1}, "\"INTEGER-PLACES two\"", ""};
+  return reading;
+}
+
+/// The file might say otherwise than [program], so that nothing decides.
+TEST(FormatChoice, RefusesAProgramThatNeedsAFileBesideItThatCannotBeRead) {
+  const ReadOptions reading = with_unreadable_file_beside();
+  for (const char* text : {"T1\nX1.0Y1.0\nM30\n",
+                           "T1C.02\nX01Y02\nX03Y04\nM30\n",
+                           "M48\nMETRIC\n%\nT1\nX1234Y2345\nM30\n"}) {
+    const Read out = read(text, reading);
+    EXPECT_EQ(out.diagnostics, Lines{"nc_param.txt:1:1: error[argument-invalid]"}) << text;
+    EXPECT_TRUE(out.header.is_refused) << text;
+  }
+}
+
+TEST(FormatChoice, ReadsAProgramThatNeedsNoFileBesideIt) {
+  const ReadOptions reading = with_unreadable_file_beside();
+  for (const char* text : {"M48\nMETRIC,TZ,000.000\n%\nT1\nX1234Y2345\nM30\n",
+                           "M48\nMETRIC\n%\nT1\nX1.234Y0\nM30\n",
+                           "T1\nX0Y0\nM30\n",
+                           "T1\nMETRIC,LZ\nX1.0Y1.0\nM30\n"}) {
+    EXPECT_EQ(read(text, reading).diagnostics, Lines{}) << text;
+  }
+  ReadOptions forced = reading;
+  forced.forced_format = *parse_format("metric,tz,3.3");
+  EXPECT_EQ(read("T1\nX1234Y2345\nM30\n", forced).diagnostics, Lines{});
+}
+
+/// By the manual METRIC is 000.000, and the file may say otherwise.
+TEST(FormatChoice, WarnsOfDigitsThatAFileBesideItMayStateThatCannotBeRead) {
+  const Read out = read("M48\nMETRIC,TZ\n%\nT1\nX1234Y2345\nM30\n", with_unreadable_file_beside());
+  EXPECT_EQ(out.diagnostics, Lines{"p.exc:5:1: warning[format-assumed]"});
+  EXPECT_THAT(out.text, HasSubstr("metric 3.3, trailing zeros kept, whatever nc_param.txt states"));
+}
+
 TEST(FormatChoice, TheFileBesideTheProgramRulesOverTheLastSetting) {
   const ReadOptions reading{
-      .format_beside = {LengthUnit::Millimeter, {}, std::pair(2, 5), "nc_param.txt"},
+      .format_beside = {.format = {LengthUnit::Millimeter, {}, std::pair(2, 5), "nc_param.txt"},
+                        .is_incremental = {},
+                        .file = "nc_param.txt",
+                        .fault = {}},
       .last_format = {LengthUnit::Inch, Zeros::TrailingKept, std::pair(2, 4), "[program]"}};
   EXPECT_EQ(summary("T1\nX4890000Y3835000\nM30\n", reading), "metric 2.5, trailing zeros kept");
 }

@@ -23,10 +23,10 @@ struct ReadHeader {
   }
 };
 
-ReadHeader read(std::string text) {
+ReadHeader read(std::string text,
+                const ReadOptions& reading = {.last_format = test::last_set_to_inch()}) {
   DiagnosticLog log;
   ReadHeader out{{"p.exc", std::move(text)}, {}, {}};
-  const ReadOptions reading{.last_format = test::last_set_to_inch()};
   out.header = read_header(out.source, reading, log);
   out.diagnostics = test::briefs(log);
   for (const Diagnostic& diagnostic : log.kept()) out.texts.push_back(diagnostic.text());
@@ -86,7 +86,8 @@ TEST(Header, SaysWhereAnOpenHeaderBegan) {
 TEST(Header, CommandsBeforeTheFirstBlockAreAHeader) {
   const ReadHeader out = read("; by hand\nINCH,TZ\nVER,3\nG90\nICI,ON\nATC,ON\nT1C.04\nX1\n");
   EXPECT_EQ(out.header.format.summary(), "inch 2.4, trailing zeros kept");
-  EXPECT_TRUE(out.header.states_format && out.header.states_zeros && out.header.incremental);
+  EXPECT_TRUE(out.header.stated.states_unit() && out.header.stated.states_zeros() &&
+              out.header.incremental);
   EXPECT_EQ(out.header.axis_version, 3);
   EXPECT_EQ(out.header.settings.back().text, "ATC,ON");
   EXPECT_EQ(out.first_body_line(), "T1C.04");
@@ -117,7 +118,7 @@ TEST(Header, SetUpWordsWithoutACommandBehindThemAreTheBody) {
 TEST(Header, MayStandBehindSetUpWordsAndComeTwice) {
   const ReadHeader out = read("G90\nM72\nM48\nT7C0.035\n%\nG90\nM72\nM48\n%\nT7\n");
   EXPECT_EQ(out.header.format.unit, LengthUnit::Inch);
-  EXPECT_TRUE(out.header.states_format);
+  EXPECT_TRUE(out.header.stated.states_unit());
   EXPECT_EQ(out.header.tools.size(), 1U);
   EXPECT_EQ(out.header.end_line, 9);
   EXPECT_EQ(out.first_body_line(), "T7");
@@ -160,7 +161,7 @@ TEST(Header, BlanksInACommandHaveNoMeaning) {
 TEST(Header, ManualDefaultIsInchWithLeadingZeros) {
   const ReadHeader out = read("M48\n%\n");
   EXPECT_EQ(out.header.format.summary(), "inch 2.4, leading zeros kept");
-  EXPECT_FALSE(out.header.states_format);
+  EXPECT_FALSE(out.header.stated.states_unit());
 }
 
 TEST(Header, DigitsOfACommentBelongToItsUnit) {
@@ -179,7 +180,7 @@ TEST(Header, InchAndMetricStateTheFormat) {
   EXPECT_EQ(format_of("METRIC,LZ\n").summary(), "metric 3.3, leading zeros kept");
   EXPECT_EQ(format_of("METRIC,TZ,0000.00\n").summary(), "metric 4.2, trailing zeros kept");
   EXPECT_EQ(format_of("METRIC,000.00\n").summary(), "metric 3.2, leading zeros kept");
-  EXPECT_TRUE(read("M48\nMETRIC\n%\n").header.states_format);
+  EXPECT_TRUE(read("M48\nMETRIC\n%\n").header.stated.states_unit());
 }
 
 TEST(Header, CommentHintsGiveDigitsZerosAndUnit) {
@@ -323,6 +324,34 @@ TEST(Header, ReadsTheCommandSetAndTheAxisVersion) {
   EXPECT_EQ(read("M48\nVER,9\n%\n").diagnostics, Texts{"p.exc:2:5: error[argument-invalid]"});
 }
 
+/// nc_param.txt beside the program says COORDINATES INCREMENTAL.
+TEST(Header, CountsFromPlaceToPlaceWhereOnlyTheFileBesideItSaysSo) {
+  ReadOptions reading{.last_format = test::last_set_to_inch()};
+  reading.format_beside.file = "nc_param.txt";
+  reading.format_beside.is_incremental = true;
+  const Header header = read("T1\nX1.Y1.\n", reading).header;
+  EXPECT_TRUE(header.incremental);
+  EXPECT_EQ(header.format_file, "nc_param.txt");
+  for (const char* stated :
+       {"M48\nICI,OFF\n%\n",
+        "M48\nG90\n%\n",
+        "; FORMAT={3:3/ absolute / inch / suppress leading zeros}\nM48\n%\n"}) {
+    const Header other = read(stated, reading).header;
+    EXPECT_FALSE(other.incremental) << stated;
+    EXPECT_EQ(other.format_file, "") << stated;
+  }
+  EXPECT_TRUE(read("M48\nICI,ON\n; FORMAT={3:3/ absolute / inch}\n%\n").header.incremental);
+}
+
+TEST(Header, WarnsOnceOfDiametersWithZerosBeyondTheDigits) {
+  const ReadHeader out = read("M48\nMETRIC,TZ,000.000\nT1C0000800\nT2C00001000\n%\n");
+  EXPECT_EQ(out.diagnostics, Texts{"p.exc:3:3: warning[notation-accepted]"});
+  EXPECT_DOUBLE_EQ(out.header.tools.at(1).diameter->in_mm(), 0.8);
+  EXPECT_DOUBLE_EQ(out.header.tools.at(2).diameter->in_mm(), 1);
+  EXPECT_EQ(read("M48\nMETRIC,TZ\nT1C0000800\n%\n").diagnostics,
+            Texts{"p.exc:3:4: error[number-too-long]"});
+}
+
 TEST(Header, UnknownWordsNameTheNearestKnownOne) {
   const ReadHeader near = read("M48\n METRICS,LZ\n%\n");
   EXPECT_EQ(near.diagnostics, Texts{"p.exc:2:2: error[header-word-unknown]"});
@@ -335,7 +364,7 @@ TEST(Header, TakesTheModesThatCamSystemsWriteIntoIt) {
   EXPECT_FALSE(read("M48\nICI,ON\nG90\n%\n").header.incremental);
   const ReadHeader metric = read("M48\nM71\n%\n");
   EXPECT_EQ(metric.header.format.unit, LengthUnit::Millimeter);
-  EXPECT_TRUE(metric.header.states_format);
+  EXPECT_TRUE(metric.header.stated.states_unit());
   EXPECT_EQ(read("M48\nINCH\nM71\n%\n").diagnostics.size(), 1U);
 }
 

@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/excellon/text/nc_param.h"
 
+#include <optional>
 #include <string>
 
+#include "program/excellon/text/stated_format.h"
 #include <gtest/gtest.h>
 
 namespace panelcal::excellon {
 namespace {
 
 std::string summary(const std::string& text) {
-  const auto format = read_nc_param({"nc_param.txt", text});
-  if (!format) return format.error().text();
-  NumberFormat applied;
-  format->apply_to(applied);
-  return applied.summary() + (format->zeros ? "" : ", open");
+  const auto read = read_nc_param({"nc_param.txt", text});
+  if (!read) return read.error().text();
+  const StatedFormat stated(ReadOptions{.format_beside = *read});
+  return stated.format().summary() + (stated.knows_zeros() ? "" : ", open");
 }
 
 /// As the editor writes it, in short.
@@ -36,6 +37,15 @@ TEST(NcParam, LeavesZerosOpenThatAreBothLeftOff) {
   EXPECT_EQ(summary(lines("METRIC", "YES", "YES")), "metric 2.5, leading zeros kept, open");
 }
 
+TEST(NcParam, StatesWhatCoordinatesCountFrom) {
+  const auto is_incremental = [](const char* text) {
+    return read_nc_param({"nc_param.txt", text})->is_incremental;
+  };
+  EXPECT_EQ(is_incremental("COORDINATES            INCREMENTAL\n"), true);
+  EXPECT_EQ(is_incremental("COORDINATES            ABSOLUTE\n"), false);
+  EXPECT_EQ(is_incremental("HEADER none\n"), std::nullopt);
+}
+
 TEST(NcParam, MayStateNothing) {
   EXPECT_EQ(summary(""), "inch 2.4, leading zeros kept, open");
   EXPECT_EQ(summary("HEADER none\n"), "inch 2.4, leading zeros kept, open");
@@ -46,6 +56,7 @@ TEST(NcParam, NamesTheLineThatCannotBeRead) {
   EXPECT_TRUE(summary("HEADER none\nINTEGER-PLACES 0\n").starts_with("nc_param.txt:2:1: "));
   EXPECT_TRUE(summary("INTEGER-PLACES 2\nINTEGER-PLACES 3\n").starts_with("nc_param.txt:2:1: "));
   EXPECT_TRUE(summary("SUPPRESS-LEAD-ZEROES\n").starts_with("nc_param.txt:1:1: "));
+  EXPECT_TRUE(summary("COORDINATES RELATIVE\n").starts_with("nc_param.txt:1:1: "));
 }
 
 }  // namespace
