@@ -124,10 +124,10 @@ ParsedLength parse_length(std::string_view text, const NumberFormat& format) {
 }
 
 bool has_extra_digits(std::string_view number, const NumberFormat& format) {
-  if (number.find('.') != std::string_view::npos) return false;
   const bool has_sign = number.starts_with('-') || number.starts_with('+');
   const auto n_digits = static_cast<int>(number.size()) - (has_sign ? 1 : 0);
-  return n_digits > format.integer_digits + format.decimal_digits;
+  return n_digits > format.integer_digits + format.decimal_digits &&
+         number.find('.') == std::string_view::npos;
 }
 
 std::optional<int> parse_count(std::string_view text) {
