@@ -28,9 +28,10 @@ struct HeaderSetting {
 
 /// The head of a program, before its body.
 struct Header : ProgramHead {
-  NumberFormat format;         ///< that of `stated`
-  StatedFormat stated;         ///< its parts with their sources
-  bool has_dimension = false;  ///< numbers that the unit measures stand in the header
+  NumberFormat format;              ///< that of `stated`
+  StatedFormat stated;              ///< its parts with their sources
+  bool has_dimension = false;       ///< numbers that the unit measures stand in the header
+  bool has_bare_dimension = false;  ///< one of them has no decimal point
   /// With the unit that only the body states, before its first coordinate: that of outputs.
   std::optional<NumberFormat> body_format;
   std::string format_evidence;                ///< its sources, for people; empty: none

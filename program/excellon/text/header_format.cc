@@ -97,8 +97,16 @@ void HeaderFormat::take(
                             parts.unit && *parts.unit != header_.format.unit;
   if (is_overruled) return;
   parts.from = fmt::format("line {}: {}", line, text);
+  const NumberFormat before = header_.format;
   stated.add(source, parts);
   header_.format = stated.format();
+  if (!header_.has_bare_dimension || before.unit != header_.format.unit) return;
+  if (before.integer_digits != header_.format.integer_digits ||
+      before.decimal_digits != header_.format.decimal_digits) {
+    report_late(line, column, quoted(text), "digits");
+  } else if (source == StatedFormat::Source::Comment && before.zeros != header_.format.zeros) {
+    report_late(line, column, quoted(text), "zeros");  // those of a word are reported at it
+  }
 }
 
 void HeaderFormat::report_late(int line,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/excellon/text/header_reader.h"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
@@ -8,6 +9,7 @@
 #include "program/excellon/text/format_choice.h"
 #include "program/excellon/text/header_format.h"
 #include "program/excellon/text/lexer.h"
+#include "program/excellon/text/number_census.h"
 #include "program/excellon/text/spelling.h"
 #include "program/excellon/text/tools.h"
 #include "program/model/setting_lengths.h"
@@ -235,8 +237,7 @@ class HeaderReader {
       const auto done = read_text_offset(value, header_.format, offset_mm);
       if (!done) return invalid(line, value_column, quoted(value), done.error());
       header_.text_offset = displacement_mm<frame::Programmed>(offset_mm);
-      header_.has_dimension = true;
-      return;
+      return note_dimension(value);
     }
     if (word == "CP") return read_compensation(line, value_column, value);
     pass_on(line, text);
@@ -274,7 +275,7 @@ class HeaderReader {
     }
     if (!is_point) return invalid(line, column, quoted(value), "X#Y#");
     out = displacement_mm<frame::Programmed>(zero_mm);
-    header_.has_dimension = true;
+    note_dimension(value);
     if (&out != &header_.zero_correction) {  // the zero set is an operation of its own
       header_.zero_line = line;
       return;
@@ -295,7 +296,7 @@ class HeaderReader {
       return invalid(line, column, quoted(value), "CP,index,diameter with an index from 1 to 99");
     }
     header_.compensation_values[*index] = diameter.value;
-    header_.has_dimension = true;
+    note_dimension(value.substr(comma + 1));
     // With a decimal point, since outputs may have other digits.
     const double written = diameter.value / header_.format.one_unit();
     pass_on(line, fmt::format("CP,{},{}", *index, with_point(written)));
@@ -344,6 +345,9 @@ class HeaderReader {
       reporter_.report_padded(padded->text(), line.number, padded->column, header_.format);
     }
     header_.has_dimension |= has_dimension(tool->tool);
+    header_.has_bare_dimension |= std::ranges::any_of(block.all(), [](const Word& word) {
+      return (word.letter == 'C' || word.letter == 'Z') && is_bare(word.number);
+    });
     header_.tool_lines.emplace(tool->tool.number, line.number);
     Tool merged = tool->tool;
     Tool& known = header_.tools.try_emplace(merged.number, merged).first->second;
@@ -364,9 +368,14 @@ class HeaderReader {
     state = value != "OFF";
   }
 
+  void note_dimension(std::string_view numbers) {
+    header_.has_dimension = true;
+    header_.has_bare_dimension |= is_bare(numbers);
+  }
+
   /// R,T resets the tool data that came so far.
   void pass_on(int line, std::string_view text) {
-    header_.has_dimension |= has_length(text);
+    if (has_length(text)) note_dimension(text);
     if (text == "R,T") {
       header_.tools.clear();
       header_.tool_lines.clear();

@@ -34,11 +34,6 @@ bool is_nothing(std::string_view number) {
   return number.find_first_of("123456789") == std::string_view::npos;
 }
 
-/// The zeros that are kept decide what it is.
-bool is_bare(std::string_view number) {
-  return number.find('.') == std::string_view::npos && !is_nothing(number);
-}
-
 /// Of the numbers of a block what a census makes of them.
 enum class Meaning : std::uint8_t { None, Place, Diameter, Other, Rate };
 
@@ -291,6 +286,10 @@ unsigned WrittenNumbers::lengths() const {
     if (of.least != 0 || of.most != 0) bits |= 1U << n;
   }
   return bits;
+}
+
+bool is_bare(std::string_view number) {
+  return number.find('.') == std::string_view::npos && !is_nothing(number);
 }
 
 bool has_bare_number(std::string_view program, const LineRules& rules) {

@@ -81,6 +81,10 @@ struct NumberCensus {
   int first_column = 0;
 };
 
+/// True for a number whose value depends on the zeros and digits of the format: one without a
+/// decimal point, and not 0.
+bool is_bare(std::string_view number);
+
 /// Rules by which lines are executed, as far as a census asks.
 struct LineRules {
   ProgramSet set = ProgramSet::FormatTwo;

@@ -234,6 +234,21 @@ TEST(Header, AUnitBehindNumbersThatItMeasuresIsRefused) {
   EXPECT_EQ(read("M48\nT1S65H20\nATC,ON\nMETRIC\n%\n").diagnostics, Texts{});
 }
 
+TEST(Header, DigitsAndZerosBehindNumbersThatTheyDecideAreRefused) {
+  const std::string head = "M48\nMETRIC\nT1C800\n";
+  for (const char* late : {";FILE_FORMAT=3:4",
+                           ";FORMAT={3:3/ absolute / metric / suppress leading zeros}",
+                           "METRIC,000.00"}) {
+    EXPECT_EQ(read(head + late + "\n%\n").diagnostics, Texts{"p.exc:4:1: error[argument-invalid]"})
+        << late;
+    EXPECT_EQ(read("M48\nMETRIC\nT1C.8\n" + std::string(late) + "\n%\n").diagnostics, Texts{})
+        << late;
+  }
+  EXPECT_EQ(read(head + ";FILE_FORMAT=3:3\n%\n").diagnostics, Texts{});
+  EXPECT_EQ(read("M48\nMETRIC\nCP,1,05\n;FILE_FORMAT=3:4\n%\n").diagnostics,
+            Texts{"p.exc:4:1: error[argument-invalid]"});
+}
+
 /// Numbers of the body are read by what stands before them; outputs state their unit at once.
 TEST(Header, OutputsHaveTheUnitThatTheBodyStates) {
   const ReadHeader out = read("T1\nM47,METRICAL\nMETRIC,TZ\nX1000Y1000\n");
