@@ -43,12 +43,7 @@ Expected<CalibrationOrder> read_order(const JsonLine& line) {
   order.line = static_cast<int>(program_line);
   PANELCAL_TRY(order.command, line.text("command", kOrderCode));
   PANELCAL_TRY(order.path, line.integers("path", 0, kMaxOrderInt, kMaxOrderPath, kOrderCode));
-  if (line.has("file")) {
-    PANELCAL_TRY(order.file, line.text("file", kOrderCode));
-  }
-  if (line.has("file_sha256")) {
-    PANELCAL_TRY(order.file_sha256, line.digest("file_sha256", kOrderCode));
-  }
+  PANELCAL_CHECK(read_pattern(line, kOrderCode, order.file, order.file_sha256));
   if (line.has("first_hole")) {
     PANELCAL_TRY(const std::vector<double> xy_mm, line.numbers("first_hole", 2, kOrderCode));
     order.first_hole = position_mm<frame::Machine>(xy_mm[0], xy_mm[1]);

@@ -60,8 +60,9 @@ bool is_left_of(const Position<frame::Machine>& a, const Position<frame::Machine
   return std::pair(a.in_mm().x(), a.in_mm().y()) < std::pair(b.in_mm().x(), b.in_mm().y());
 }
 
-/// Targets and holes of one place come from the same arithmetic, but for the order of its sums.
-constexpr double kSamePlace_mm = 1e-6;
+/// A hole may have more digits than the target that asks for it: copies, scaling and bolt circles
+/// have any, and coordinates at the coarsest 0.01 mm. No two holes are drilled so close.
+constexpr double kSamePlace_mm = 0.02;
 
 bool is_one_place(const Position<frame::Machine>& a, const Position<frame::Machine>& b) {
   return (a - b).in_mm().norm() <= kSamePlace_mm;
@@ -369,8 +370,8 @@ Expected<TakenPicture> SimMachine::take(const MeasurementRequest& request, const
   return picture(request, view);
 }
 
-Expected<Measurement> SimMachine::measure(const MeasurementRequest& request) {
-  PANELCAL_TRY(Measurement measurement, procedure_.measure(request, *this));
+Expected<Measurement> SimMachine::measure(const MeasurementRequest& request, ViewTaker& eye) {
+  PANELCAL_TRY(Measurement measurement, procedure_.measure(request, eye));
   return job_.complete(std::move(measurement));
 }
 

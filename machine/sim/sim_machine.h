@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -39,6 +38,8 @@ namespace panelcal {
 ///
 /// A target where the program has drilled before it looks there is that hole, where the spindle
 /// really drilled it. So is one at a place where a calibration of this job has drilled the coupon.
+/// Holes at other places are not drawn, and a target that stands on the drilled board itself (a
+/// square, a cross) stays whole but for its place.
 ///
 /// On the panel lie all targets of the program, each with its vision tool's shape and size (four
 /// marks around a target of four views) and the debris of [sim], and in each view `neighbors` other
@@ -60,7 +61,11 @@ class SimMachine final : public MeasurementSource, public ViewTaker, public Dril
                                      const Survey& nominal,
                                      PictureObserver observer = {});
 
-  Expected<Measurement> measure(const MeasurementRequest& request) override;
+  Expected<Measurement> measure(const MeasurementRequest& request) override {
+    return measure(request, *this);
+  }
+  /// The same, by pictures that pass through other hands.
+  Expected<Measurement> measure(const MeasurementRequest& request, ViewTaker& eye);
   Expected<std::optional<FocusResult>> focus(const MeasurementRequest& request) override {
     return procedure_.focus(request, *this);
   }
@@ -80,10 +85,12 @@ class SimMachine final : public MeasurementSource, public ViewTaker, public Dril
   ///
   /// Fails  vision-tool-undefined; what VisionProcedure reports of a request it cannot answer
   Expected<TakenPicture> picture(const MeasurementRequest& request, const View& view) const;
-  /// The same; waits before it as a real machine does, which may warm up meanwhile.
+  /// The same; waits before each view, which may warm up meanwhile.
   Expected<TakenPicture> take(const MeasurementRequest& request, const View& view) override;
 
   const VisionProcedure& procedure() const { return procedure_; }
+  /// As the orders of the job have found it so far.
+  SpindleCameraOffset offset() const { return job_.offset(); }
   const Truth& truth() const { return truth_; }
 
  private:

@@ -103,12 +103,7 @@ Expected<MeasurementRequest> read_measurement_request(const JsonLine& line) {
   PANELCAL_TRY(const auto program_line,
                line.integer("line", 0, kMaxMeasurementInt, kMeasurementCode));
   request.line = static_cast<int>(program_line);
-  if (line.has("file")) {
-    PANELCAL_TRY(request.file, line.text("file", kMeasurementCode));
-  }
-  if (line.has("file_sha256")) {
-    PANELCAL_TRY(request.file_sha256, line.digest("file_sha256", kMeasurementCode));
-  }
+  PANELCAL_CHECK(read_pattern(line, kMeasurementCode, request.file, request.file_sha256));
   PANELCAL_TRY(request.command, line.text("command", kMeasurementCode));
   PANELCAL_CHECK(read_settings(line, request.settings));
   PANELCAL_TRY(const Eigen::Vector2d nominal_mm, read_measured_point(line, "nominal"));

@@ -170,7 +170,11 @@ Expected<TakenPicture> PictureSource::take(const MeasurementRequest& request, co
   const PictureRow& row = folder_.rows[i_row];
   PANELCAL_CHECK(check_is_on_table(row));
   if (look_ahead_) {
-    if (auto picture = look_ahead_->take(i_row)) return *std::move(picture);
+    if (auto picture = look_ahead_->take(i_row)) {
+      // G39,SPOP may have moved the offset since the picture was foreseen.
+      if (*picture) (*picture)->axis = axis_of(row);
+      return *std::move(picture);
+    }
   }
   return internal::read_picture(not_read(i_row), form_);
 }

@@ -55,12 +55,7 @@ Expected<ProbeRequest> read_probe_request(const JsonLine& line) {
   ProbeRequest request;
   PANELCAL_TRY(request.seq, line.integer("probe", 0, kMaxProbeSeq, kProbeCode));
   PANELCAL_TRY(request.line, read_int(line, "line"));
-  if (line.has("file")) {
-    PANELCAL_TRY(request.file, line.text("file", kProbeCode));
-  }
-  if (line.has("file_sha256")) {
-    PANELCAL_TRY(request.file_sha256, line.digest("file_sha256", kProbeCode));
-  }
+  PANELCAL_CHECK(read_pattern(line, kProbeCode, request.file, request.file_sha256));
   PANELCAL_TRY(request.command, line.text("command", kProbeCode));
   PANELCAL_TRY(request.tool, read_int(line, "tool"));
   PANELCAL_TRY(const Eigen::Vector2d nominal_mm, read_probed_point(line, "nominal"));

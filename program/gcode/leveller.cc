@@ -328,7 +328,10 @@ class Leveller {
     const Counting counting = reader_.counting();
     // Where the tool is before the first cycle is how high G98 returns, if that is above R. The
     // program has it below the safe height, and so below R; the surface may have lifted it above.
-    if (is_below(motion.from.z_mm)) lines_.put_rise(safe_mm(), counting);
+    if (is_below(motion.from.z_mm)) {
+      lines_.put_rise(safe_mm(), counting);
+      ++figures_.n_pieces;
+    }
     lines_.begin_block(block);
     if (block.has('X')) lines_.put_place('X', *motion.to.x_mm, counting);
     if (block.has('Y')) lines_.put_place('Y', *motion.to.y_mm, counting);

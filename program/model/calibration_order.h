@@ -41,7 +41,8 @@ struct CalibrationOrder {
   std::optional<double> lamp;  ///< $uvis,lamp, as written
   std::optional<double> zoom;  ///< $uvis,zoom, as written
 
-  PatternFile pattern() const { return {file, file_sha256}; }
+  PatternFile pattern() const& { return {file, file_sha256}; }
+  PatternFile pattern() const&& = delete;  // it views this
 };
 
 /// The answer to an order. It counts for this job: nothing is installed.

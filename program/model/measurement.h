@@ -47,7 +47,8 @@ struct MeasurementRequest {
   /// The coordinates that count: both, but of slots (SIEB & MEYER, measurement mode 5).
   ObservedAxes axes = ObservedAxes::Both;
 
-  PatternFile pattern() const { return {file, file_sha256}; }
+  PatternFile pattern() const& { return {file, file_sha256}; }
+  PatternFile pattern() const&& = delete;  // it views this
   /// Place of the optical axis to see the expected place in the middle.
   Position<frame::Machine> expected_in_machine() const {
     return work_zero + displacement_mm<frame::Machine>(expected.in_mm());

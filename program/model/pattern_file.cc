@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "calib/base/diagnostic.h"
+#include "calib/base/json/json_line.h"
 #include "program/text/json_text.h"
 
 namespace panelcal {
@@ -24,6 +25,7 @@ bool is_same_pattern(const PatternFile& a, const PatternFile& b) {
 
 std::string pattern_text(const PatternFile& file) {
   constexpr std::size_t kShownDigits = 12;
+  if (file.path.empty()) return "(the program itself)";
   std::string text = quoted(file.path);
   if (!file.sha256.empty()) text += ", sha256 " + std::string(file.sha256.substr(0, kShownDigits));
   return text;
@@ -36,6 +38,21 @@ void append_pattern(std::string& out, const PatternFile& file) {
   if (file.sha256.empty()) return;
   out += ",\"file_sha256\":";
   append_json_string(out, file.sha256);
+}
+
+Expected<void> read_pattern(const internal::JsonLine& line,
+                            Code code,
+                            std::string& file,
+                            std::string& file_sha256) {
+  if (line.has("file")) {
+    PANELCAL_TRY(file, line.text("file", code));
+  }
+  if (!line.has("file_sha256")) return {};
+  if (file.empty()) {
+    return failure(line.problem("file_sha256", code, "the pattern's name, \"file\", beside it"));
+  }
+  PANELCAL_TRY(file_sha256, line.digest("file_sha256", code));
+  return {};
 }
 
 }  // namespace panelcal

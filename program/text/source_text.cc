@@ -7,17 +7,17 @@
 #include <utility>
 
 #include "calib/base/files/atomic_file.h"
+#include "calib/base/files/digest.h"
 
 namespace panelcal {
 
-Expected<SourceText> read_source(const std::filesystem::path& path) {
-  constexpr std::string_view kUtf8Mark = "\xEF\xBB\xBF";
-  PANELCAL_TRY(std::string bytes, read_file(path));
-  if (bytes.starts_with(kUtf8Mark)) bytes.erase(0, kUtf8Mark.size());
-  return SourceText{path.string(), std::move(bytes)};
-}
-
 namespace {
+
+SourceText without_mark(const std::filesystem::path& path, std::string bytes) {
+  constexpr std::string_view kUtf8Mark = "\xEF\xBB\xBF";
+  if (bytes.starts_with(kUtf8Mark)) bytes.erase(0, kUtf8Mark.size());
+  return {path.string(), std::move(bytes)};
+}
 
 /// The first LF or CR from `at` on, eight characters at a time; `end` if there is none.
 const char* find_line_end(const char* at, const char* end) {
@@ -37,6 +37,19 @@ const char* find_line_end(const char* at, const char* end) {
 }
 
 }  // namespace
+
+Expected<SourceText> read_source(const std::filesystem::path& path) {
+  PANELCAL_TRY(std::string bytes, read_file(path));
+  return without_mark(path, std::move(bytes));
+}
+
+Expected<SourceText> read_source_with_digest(const std::filesystem::path& path) {
+  PANELCAL_TRY(std::string bytes, read_file(path));
+  std::string digest = sha256(bytes);
+  SourceText source = without_mark(path, std::move(bytes));
+  source.sha256 = std::move(digest);
+  return source;
+}
 
 std::size_t count_line_feeds(std::string_view text) {
   constexpr std::uint64_t kOnes = 0x0101010101010101;

@@ -14,10 +14,13 @@ namespace panelcal {
 struct SourceText {
   std::string file;
   std::string bytes;
+  std::string sha256 = {};  ///< of the whole file as it is on disk; empty: not known
 };
 
 /// Fails  file-unreadable
 Expected<SourceText> read_source(const std::filesystem::path& path);
+/// The same, with the file's digest: of a stored pattern, which recordings name by its content.
+Expected<SourceText> read_source_with_digest(const std::filesystem::path& path);
 
 /// One line without its line end.
 struct SourceLine {

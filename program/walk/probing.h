@@ -33,7 +33,8 @@ struct ProbeRequest {
   std::optional<Length> depth;  ///< K of G83, a depth stroke; absent: a through-hole stroke
   Length reference;             ///< the height above Z0 where the surface is expected
 
-  PatternFile pattern() const { return {file, file_sha256}; }
+  PatternFile pattern() const& { return {file, file_sha256}; }
+  PatternFile pattern() const&& = delete;  // it views this
   Position<frame::Machine> expected_in_machine() const {
     return work_zero + displacement_mm<frame::Machine>(expected.in_mm());
   }

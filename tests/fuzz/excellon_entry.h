@@ -99,7 +99,7 @@ inline std::optional<std::string> run_excellon(std::string_view bytes) {
     reading.last_format.zeros = Zeros::LeadingKept;
   }
   Program program = load_program({"fuzz.exc", std::string(bytes)}, log, reading);
-  program.patterns = stored_patterns();
+  if (program.dialect == Dialect::Excellon) program.patterns = stored_patterns();
   BentSource source;
   const Survey found = survey(program, options, source, log);
   if (auto complaint = report_complaint(log, found)) return complaint;

@@ -298,6 +298,9 @@ Expected<std::string> JsonLine::text(std::string_view key, Code code) const {
 Expected<std::string> JsonLine::digest(std::string_view key, Code code) const {
   constexpr std::size_t kDigits = 64;
   PANELCAL_TRY(std::string digits, text(key, code));
+  std::ranges::transform(digits, digits.begin(), [](char c) {
+    return c >= 'A' && c <= 'F' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
   const bool is_hexadecimal = digits.find_first_not_of("0123456789abcdef") == std::string::npos;
   if (digits.size() == kDigits && is_hexadecimal) return digits;
   return failure(problem(key, code, "64 digits, 0 to 9 and a to f"));

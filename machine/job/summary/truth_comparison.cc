@@ -33,11 +33,22 @@ Length ErrorStatistics::rms() const {
   return mm(n == 0 ? 0 : std::sqrt(sum_squares_mm2 / static_cast<double>(n)));
 }
 
+/// A hole at its own target follows it, which need not lie as the panel does: the program may have
+/// drilled it.
+Position<frame::Actual> TruthComparison::true_place(const Operation& operation,
+                                                    const Drill& drill) const {
+  if (operation.origin != nullptr && operation.origin->i_measurement) {
+    const auto seq = static_cast<std::int64_t>(*operation.origin->i_measurement);
+    const auto target = std::ranges::find(truth_.targets, seq, &Truth::Target::seq);
+    if (target != truth_.targets.end()) return target->actual;
+  }
+  return truth_.actual_from_nominal(operation.path)(drill.nominal);
+}
+
 void TruthComparison::put(const Operation& operation) {
   const auto* drill = std::get_if<Drill>(&operation.what);
   if (drill == nullptr) return;
-  const Eigen::Vector2d true_mm =
-      truth_.actual_from_nominal(operation.path)(drill->nominal).in_mm();
+  const Eigen::Vector2d true_mm = true_place(operation, *drill).in_mm();
   // True place of the stage that is told so, and of one that is told the nominal place.
   Eigen::Vector2d drilled_mm = drill->commanded.in_mm();
   Eigen::Vector2d uncorrected_mm = drill->nominal.in_mm();

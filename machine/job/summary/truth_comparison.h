@@ -61,6 +61,8 @@ class TruthComparison final : public OperationSink {
   std::string summary() const;
 
  private:
+  Position<frame::Actual> true_place(const Operation& operation, const Drill& drill) const;
+
   const Truth& truth_;
   std::optional<PictureCovariance> of_pictures_;
   Errors all_;

@@ -30,14 +30,24 @@ class RecordingSource final : public MeasurementSource, public ViewTaker {
   RecordingSource(const MachineConfig& config,
                   SimMachine& machine,
                   const std::filesystem::path& folder)
-      : config_(config), machine_(machine), procedure_(machine.procedure()), folder_(folder) {}
+      : config_(config),
+        machine_(machine),
+        procedure_(machine.procedure()),
+        folder_(folder),
+        begun_with_(machine.offset()) {}
 
   Expected<Measurement> measure(const MeasurementRequest& request) override {
-    return procedure_.measure(request, *this);
+    return machine_.measure(request, *this);
   }
 
   Expected<std::optional<FocusResult>> focus(const MeasurementRequest& request) override {
     return procedure_.focus(request, *this);
+  }
+
+  /// Of what a job learns from its own holes pictures can tell later; G39 is only passed on.
+  Expected<std::optional<CalibrationAnswer>> calibrate(const CalibrationOrder& order) override {
+    if (!order.correction) return std::nullopt;
+    return machine_.calibrate(order);
   }
 
   DrilledPanel* drilled_panel() override { return machine_.drilled_panel(); }
@@ -50,7 +60,8 @@ class RecordingSource final : public MeasurementSource, public ViewTaker {
     PictureRow row;
     row.line = static_cast<int>(rows_.size()) + 2;  // behind the header
     row.file = picture.name;
-    PANELCAL_TRY(row.axis, listed_from_axis(config_, picture.axis));
+    const auto learned = machine_.offset().offset - begun_with_.offset;
+    PANELCAL_TRY(row.axis, listed_from_axis(config_, picture.axis - learned));
     const std::vector<int>& tools = request.settings.tools;
     row.tool = tools[static_cast<std::size_t>(view.i_tool)];
     row.zoom = request.settings.zoom;
@@ -67,6 +78,7 @@ class RecordingSource final : public MeasurementSource, public ViewTaker {
   SimMachine& machine_;
   VisionProcedure procedure_;
   const std::filesystem::path& folder_;
+  SpindleCameraOffset begun_with_;
   std::vector<PictureRow> rows_;
 };
 

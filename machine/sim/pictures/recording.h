@@ -25,7 +25,8 @@ struct Recording {
 ///
 /// x and y are where the optical axis stood according to the calibration: the commanded spindle
 /// place plus the calibrated spindle-camera offset, since that is all a real machine could record.
-/// With exact calibrations, and without a [table], it is where the axis really stood.
+/// With exact calibrations, and without a [table], it is where the axis really stood. What G39,SPOP
+/// finds of the offset on the way is left out of it: a reader of the pictures finds it again.
 ///
 /// Writes truth.json too, then images.csv (a folder that has it is complete), and at the end
 /// synth.sha256 with the digest of every file: a later recording removes what is as it was written,

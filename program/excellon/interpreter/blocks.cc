@@ -203,8 +203,8 @@ void Interpreter::measure(const Block& block, Command command) {
   if (!move_to(block, words.xy_mm, AxisUser::Target) || !emitter_.count_target(block.line)) return;
   const TargetPlace target{command,
                            block.line,
-                           std::string(place_.file),
-                           pattern_sha256(),
+                           std::string(place_.pattern.path),
+                           std::string(place_.pattern.sha256),
                            place_.path,
                            place_.placement(position_mm<frame::Programmed>(modal_.at_mm)),
                            place_.placement,
@@ -215,6 +215,7 @@ void Interpreter::measure(const Block& block, Command command) {
   }
   modal_.has_hole = false;
   const auto seen = vision_.measure_hole(target);  // in both walks, whatever the tool
+  emitter_.stop_after(trial_);
   if (seen && has_tool(block.line)) emitter_.drill_at_target(block.line, modal_.at_mm, *seen);
 }
 
@@ -280,11 +281,12 @@ void Interpreter::stored_label(const Block& block, Command command) {
   }
   switch (command) {
     case Command::StoreCorrections:
-      return vision_.store_under(*number);
+      return vision_.store_under(block, *number);
     case Command::RewindCorrections:
       return vision_.rewind(block, *number);
     default:
-      return vision_.advance(block, *number, place_.placement);
+      return vision_.advance(
+          block, *number, in_pattern_ || in_stored_pattern_ ? &place_.placement : nullptr);
   }
 }
 
@@ -296,8 +298,8 @@ void Interpreter::autocalibration(const Block& block) {
   if (!read_words(block, block.all().subspan(1), "XY", words)) return;
   CalibrationOrder order;
   order.line = block.line;
-  order.file = place_.file;
-  order.file_sha256 = pattern_sha256();
+  order.file = place_.pattern.path;
+  order.file_sha256 = place_.pattern.sha256;
   order.command = "G39";
   order.path = place_.path;
   if (!words.xy_mm[0] && !words.xy_mm[1]) {

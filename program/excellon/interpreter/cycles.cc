@@ -304,7 +304,7 @@ void Interpreter::run_stored_pattern(const Block& block, const Cycle& cycle) {
   frame_ = place_.placement *
            Transform<frame::Programmed, frame::Programmed>(Eigen::Matrix2d::Identity(), zero_mm);
   place_.placement = frame_;
-  place_.file = pattern->second.file;
+  place_.pattern = {pattern->second.file, pattern->second.sha256};
   modal_.at_mm.setZero();
   modal_.user = {AxisUser::None, AxisUser::None};
   modal_.has_hole = false;
@@ -331,7 +331,7 @@ void Interpreter::run_stored_pattern(const Block& block, const Cycle& cycle) {
   reporter_.set_file(file);
   frame_ = outer_frame;
   place_.placement = place.placement;
-  place_.file = place.file;
+  place_.pattern = place.pattern;
   cursor_ = cursor;
   modal_.at_mm = modal.at_mm;
   modal_.user = modal.user;

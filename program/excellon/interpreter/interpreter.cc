@@ -133,8 +133,8 @@ void Interpreter::run_line(const SourceLine& line) {
       vision_.keyboard_order(line,
                              format_,
                              {.line = line.number,
-                              .file = std::string(place_.file),
-                              .file_sha256 = pattern_sha256(),
+                              .file = std::string(place_.pattern.path),
+                              .file_sha256 = std::string(place_.pattern.sha256),
                               .path = place_.path,
                               .nominal = {},
                               .placement = {},
@@ -148,7 +148,7 @@ void Interpreter::run_line(const SourceLine& line) {
       run_words(line);
       break;
   }
-  if (trial_ != nullptr && trial_->is_over()) emitter_.stop_executing();
+  emitter_.stop_after(trial_);
   const bool is_of_program = !in_pattern_ && !in_stored_pattern_;
   if (is_of_program && std::exchange(n_vision_steps_, vision_.n_steps()) != vision_.n_steps()) {
     asked_until_ = cursor_.offset();

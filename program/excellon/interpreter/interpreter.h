@@ -19,7 +19,6 @@
 #include "program/text/plain_coordinate.h"
 #include "program/walk/execution/emitter.h"
 #include "program/walk/options.h"
-#include "program/walk/pattern_digests.h"
 #include "program/walk/program.h"
 #include "program/walk/reporter.h"
 #include "program/walk/survey.h"
@@ -153,7 +152,6 @@ class Interpreter {
   void repeat_hole(const Block& block);
   void measure(const Block& block, Command command);
   void keep_target(const TargetPlace& target);
-  const std::string& pattern_sha256() { return digests_.of(place_.file, cursor_.text()); }
   void select_vision_tool(const Block& block);
   void cancel_correction(const Block& block, Command command);
   void stored_label(const Block& block, Command command);
@@ -249,7 +247,6 @@ class Interpreter {
   VisionSession vision_;
   WalkPlace place_;
   Emitter emitter_;
-  PatternDigests digests_;
 
   ProgramSet set_;
   bool deletes_blocks_;

@@ -21,7 +21,7 @@ std::optional<SourceText> read_pattern(const std::string& name,
         const std::filesystem::path path = folder / (stem + std::string(extension));
         std::error_code ignored;
         if (!std::filesystem::is_regular_file(path, ignored)) continue;
-        if (auto text = read_source(path)) return *std::move(text);
+        if (auto text = read_source_with_digest(path)) return *std::move(text);
       }
     }
   }

@@ -176,6 +176,7 @@ bool VisionSession::is_allowed(int line) {
 
 void VisionSession::end_program(int line) {
   refuse_unfinished(line, "the end of the program");
+  refuse_replayed_in_part(line, 1);
 }
 
 bool VisionSession::is_unused() const {

@@ -61,13 +61,18 @@ class VisionSession {
   /// Reports what forbids a hole at its own target here (G38, G48).
   bool may_drill_at_target(const TargetPlace& target);
   std::optional<TargetHolePlace> measure_hole(const TargetPlace& target);
-  void cancel_base(int line);                                                  // G37
-  void cancel_nested(int line);                                                // G47
-  void store_under(int label);                                                 // M50
-  void rewind(const Block& block, int label);                                  // M51
-  void advance(const Block& block, int n_points, const Placement& placement);  // M52
+  void cancel_base(int line);                       // G37
+  void cancel_nested(int line);                     // G47
+  void store_under(const Block& block, int label);  // M50
+  void rewind(const Block& block, int label);       // M51
+  /// M52. The placement is the copy's or the stored pattern's, where the series must have been
+  /// measured; null in the program itself, which places each board by its own coordinates.
+  void advance(const Block& block, int n_points, const Placement* placement);
   /// If structure is kept: the pattern that runs is passed on as one.
-  void set_in_kept_pattern(bool is_in) { is_in_kept_pattern_ = is_in; }
+  void set_in_kept_pattern(bool is_in) {
+    is_in_kept_pattern_ = is_in;
+    awaits_pattern_ = false;
+  }
   /// M50, M51 and M52 if structure is kept; what the other control is to do, if anything.
   std::optional<StoredCorrection> keep_stored(const Block& block, Command command, int number);
   /// Behind a series that is complete, if structure is kept: whether it is to be stored.
@@ -115,7 +120,11 @@ class VisionSession {
   bool refuse_inside_stored(int line);
   bool refuse_without_advance(int line);
   std::optional<CorrectionMemory::Advance> pass_points(const Block& block, int n_points);
-  void refuse_kept(int line, std::string what);
+  void refuse_kept(int line, int column, std::string what, std::string expected);
+  void refuse_written_out(int line, int column, const std::string& text);
+  bool fits_otherwise(int n_targets) const;
+  bool refuse_points_left(int line, int column);
+  bool refuse_replayed_in_part(int line, int column);
   void end_replay_outside();
   bool is_allowed(int line);
   /// False if `key` is not one of the orders that set how the camera is to look.
@@ -146,6 +155,7 @@ class VisionSession {
   int advance_line_ = 0;
   bool is_in_section_ = false;
   bool is_in_kept_pattern_ = false;
+  bool awaits_pattern_ = false;           ///< M50 came, and no pattern that is kept
   int recorded_label_ = 0;                ///< of the last M50; structure kept
   int rewound_label_ = 0;                 ///< of the last M51; structure kept
   std::map<int, StoredCorrection> kept_;  ///< by label: of every copy; structure kept

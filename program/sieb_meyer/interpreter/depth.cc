@@ -281,8 +281,8 @@ void Interpreter::check_peck(int line) {
 ProbeRequest Interpreter::probe_request(const Block& block, const Order& order) {
   ProbeRequest request;
   request.line = block.line;
-  request.file = std::string(place_.file);
-  request.file_sha256 = digests_.of(place_.file, text_.bytes);
+  request.file = std::string(place_.pattern.path);
+  request.file_sha256 = place_.pattern.sha256;
   request.command = code_text(*order.surface);
   request.nominal = place_.placement(position_mm<frame::Programmed>(modal_.at_mm));
   request.expected = measuring_.corrections().stack.actual_of(request.nominal);

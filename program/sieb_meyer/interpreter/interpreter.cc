@@ -198,7 +198,7 @@ void Interpreter::run_block(const Block& block) {
   if (holds_once && order->incremental) modal_.incremental = was_incremental;
   needs_care_ = scaling_.is_set() || !areas_.empty() || surface_.has_grid() || surface_.is_on() ||
                 doubts_control_;
-  if (trial_ != nullptr && trial_->is_over()) emitter_.stop_executing();
+  emitter_.stop_after(trial_);
 }
 
 /// The order of things in one line: what holds for the coordinate first, then the coordinate, then

@@ -25,7 +25,6 @@
 #include "program/walk/execution/emitter.h"
 #include "program/walk/execution/hole_sequence.h"
 #include "program/walk/options.h"
-#include "program/walk/pattern_digests.h"
 #include "program/walk/program.h"
 #include "program/walk/reporter.h"
 #include "program/walk/survey.h"
@@ -250,8 +249,9 @@ class Interpreter {
   void optical_order(const Block& block, const Order& order);
   void keep_optical_order(const Block& block, Command command);
   void keep_set(const Block& block);
+  void begin_kept_copy(std::size_t n_copies);
   bool end_kept_sets(const Section& section, const std::vector<Placement>& copies);
-  void refuse_kept(const Block& block);
+  void refuse_kept(const Block& block, std::string_view why = {});
   void camera_text(const Block& block, Command command);
   TargetPlace target_place(const Block& block, Command command);
 
@@ -270,7 +270,6 @@ class Interpreter {
   Measuring measuring_;
   WalkPlace place_;
   Emitter emitter_;
-  PatternDigests digests_;
   OpticalSession optical_;
   Settings settings_;
   SurfaceSession surface_;
@@ -323,11 +322,16 @@ class Interpreter {
   };
   KeptSets kept_sets_;
   bool is_in_kept_section_ = false;
-  int n_kept_series_ = 0;   ///< in this copy
-  int n_kept_targets_ = 0;  ///< of the last
-  bool has_saved_ = false;  ///< this section
+  std::size_t n_kept_copies_ = 0;            ///< of the section that is passed on; 0: none is
+  std::size_t n_waiting_ahead_ = 0;          ///< of kept_targets_, when it began
+  std::optional<std::int64_t> kept_off_in_;  ///< block of the last G30
+  int n_kept_series_ = 0;                    ///< in this copy
+  int n_kept_targets_ = 0;                   ///< of the last
+  bool has_saved_ = false;                   ///< this section
   bool has_loaded_ = false;
-  bool kept_offset_ = false;  ///< of the pattern (CAMA), which ends with its copy; structure kept
+  /// The pattern's own (CAMA), which ends with its copy, or one that was in force before it.
+  enum class KeptOffset : std::uint8_t { None, Own, Outer };
+  KeptOffset kept_offset_ = KeptOffset::None;  ///< structure kept
 
   // Depths
   std::optional<double> z_mm_;

@@ -12,8 +12,8 @@ TargetPlace Interpreter::target_place(const Block& block, Command command) {
   for (const auto& [n, i] : steps_) copies.push_back(n);
   return {command,
           block.line,
-          std::string(place_.file),
-          digests_.of(place_.file, text_.bytes),
+          std::string(place_.pattern.path),
+          std::string(place_.pattern.sha256),
           place_.path,
           place_.placement(position_mm<frame::Programmed>(modal_.at_mm)),
           place_.placement,
@@ -53,6 +53,7 @@ void Interpreter::optical_order(const Block& block, const Order& order) {
     case Command::MeasureOffset: {
       if (optical_.is_pattern_mode()) return optical_.measure_pattern(target);
       const auto seen = optical_.measure_hole(target);  // in both walks, whatever the tool
+      emitter_.stop_after(trial_);
       if (seen && has_tool(block.line) && !is_forbidden(block.line, modal_.at_mm)) {
         emitter_.set_cut(cut_at(block.line, modal_.at_mm));
         emitter_.drill_at_target(block.line, modal_.at_mm, *seen);
@@ -91,8 +92,11 @@ void Interpreter::keep_optical_order(const Block& block, Command command) {
     case Command::MeasureOffset:
       if (optical_.is_pattern_mode()) {
         if (has_saved_) return refuse_kept(block);
+        if (kept_offset_ == KeptOffset::Outer) {
+          return refuse_kept(block, " under an offset from outside of its section");
+        }
         const std::array targets = {target.nominal};
-        kept_offset_ = true;
+        kept_offset_ = KeptOffset::Own;
         return emitter_.put(block.line, VisionSeries{CorrectionLevel::Nested, targets});
       }
       if (has_tool(block.line)) {
@@ -106,14 +110,35 @@ void Interpreter::keep_optical_order(const Block& block, Command command) {
     case Command::CorrectionOn:
       // Excellon would store a second series of the copy as well.
       if (kept_targets_.empty() || has_saved_) return refuse_kept(block);
+      if (n_kept_copies_ > 1 && std::exchange(n_waiting_ahead_, 0) > 0) {
+        return refuse_kept(block, " with targets from ahead of its section, which one copy takes,");
+      }
       emitter_.put(block.line, VisionSeries{CorrectionLevel::Base, kept_targets_});
       ++n_kept_series_;
       n_kept_targets_ = static_cast<int>(kept_targets_.size());
       kept_targets_.clear();
       return;
-    default:
+    default: {
+      const auto last = std::exchange(kept_off_in_, n_blocks_);
+      const bool is_second = command == Command::CorrectionOff && last && *last + 1 == n_blocks_;
+      if (is_second || command != Command::CorrectionOff) {
+        kept_targets_.clear();
+        n_waiting_ahead_ = 0;
+      }
+      if (steps_.empty() && n_kept_copies_ == 0) kept_offset_ = KeptOffset::None;
       return emitter_.put(block.line, CancelCorrection{CorrectionLevel::Base});
+    }
   }
+}
+
+/// For translation: the one copy that is passed on begins.
+void Interpreter::begin_kept_copy(std::size_t n_copies) {
+  // Else the numbers of its copies count through those of others.
+  is_in_kept_section_ =
+      std::ranges::all_of(steps_, [](const auto& step) { return step.first == 1; });
+  n_kept_series_ = 0;
+  n_kept_copies_ = n_copies;
+  n_waiting_ahead_ = kept_targets_.size();
 }
 
 /// For translation: every copy of a section saves what it has calculated, or loads what the copy at
@@ -121,7 +146,8 @@ void Interpreter::keep_optical_order(const Block& block, Command command) {
 void Interpreter::keep_set(const Block& block) {
   const bool saves = block.argument == "SAVE";
   const bool loads = block.argument == "LOAD";
-  const bool may_save = saves && n_kept_series_ == 1 && kept_targets_.empty() && !kept_offset_;
+  const bool may_save =
+      saves && n_kept_series_ == 1 && kept_targets_.empty() && kept_offset_ == KeptOffset::None;
   const bool may_load = loads && kept_sets_.label > 0 && n_kept_series_ == 0;
   if (!is_in_kept_section_ || has_saved_ || has_loaded_ || !(may_save || may_load)) {
     return refuse_kept(block);
@@ -138,8 +164,21 @@ void Interpreter::keep_set(const Block& block) {
                                 kept_sets_.n_targets});
 }
 
-/// False and an error if a section loads the corrections of other copies than its own.
+/// False and an error if a section loads the corrections of other copies than its own, or if its
+/// second copy would begin with targets that the first has left.
 bool Interpreter::end_kept_sets(const Section& section, const std::vector<Placement>& copies) {
+  n_kept_copies_ = 0;
+  if (copies.size() > 1 && kept_targets_.size() > n_waiting_ahead_) {
+    reporter_.report(Code::NotSupported,
+                     section.closing.number,
+                     1,
+                     "a section that leaves targets to its next copy has no form in the other "
+                     "language",
+                     "G31 behind its last target");
+    ended_ = true;
+    return false;
+  }
+  n_waiting_ahead_ = 0;
   if (std::exchange(has_saved_, false)) kept_sets_.copies = copies;
   if (!std::exchange(has_loaded_, false)) return true;
   if (std::ranges::equal(copies, kept_sets_.copies, is_same_place)) return true;
@@ -153,10 +192,10 @@ bool Interpreter::end_kept_sets(const Section& section, const std::vector<Placem
   return false;
 }
 
-void Interpreter::refuse_kept(const Block& block) {
+void Interpreter::refuse_kept(const Block& block, std::string_view why) {
   report(Code::NotSupported,
          block,
-         quoted(block.text) + " has no form in the other language",
+         quoted(block.text) + std::string(why) + " has no form in the other language",
          "`panelcal run`, which executes it");
   ended_ = true;
 }

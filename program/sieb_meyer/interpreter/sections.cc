@@ -146,6 +146,8 @@ void Interpreter::run_copy(int i_section, const Modal& start) {
   const bool was_on = surface_.is_on();
   const bool left_on = std::exchange(leaves_surface_on_, false);
   optical_.begin_copy();
+  const KeptOffset outer_offset = kept_offset_;
+  if (outer_offset == KeptOffset::Own) kept_offset_ = KeptOffset::Outer;
   run_body(i_section);
   if (has_ended()) return;
   const int line = cursor_.line_number();
@@ -181,7 +183,7 @@ void Interpreter::run_copy(int i_section, const Modal& start) {
   }
   leaves_surface_on_ = left_on;
   optical_.end_copy(line);
-  if (std::exchange(kept_offset_, false)) {
+  if (std::exchange(kept_offset_, outer_offset) == KeptOffset::Own) {
     emitter_.put(line, CancelCorrection{CorrectionLevel::Nested});
   }
 }
@@ -301,10 +303,7 @@ void Interpreter::run_kept(int i_section) {
   place(frame_);
   emitter_.put(section.begin.number, PatternBegin{});
   repeats_tool_ = true;
-  // Else the numbers of its copies count through those of others.
-  is_in_kept_section_ =
-      std::ranges::all_of(steps_, [](const auto& step) { return step.first == 1; });
-  n_kept_series_ = 0;
+  begin_kept_copy(copies.size());
   run_copy(i_section, start);
   repeats_tool_ = is_in_kept_section_ = false;
   if (has_ended() || !end_kept_sets(section, copies)) return;
@@ -451,7 +450,7 @@ void Interpreter::call(const Block& block, const Order& order) {
   const Placement outer = placement_;
   const Modal modal = modal_;
   const std::string file = reporter_.file();
-  const std::string_view place_file = place_.file;
+  const PatternFile outer_pattern = place_.pattern;
   reporter_.set_file(source.file);
   if (is_cut_off(source.bytes, body)) {
     reporter_.report_end_missing(source.bytes, "complete lines");
@@ -467,7 +466,7 @@ void Interpreter::call(const Block& block, const Order& order) {
   const Eigen::Vector2d zero_mm(order.xy_mm[0].value_or(0), order.xy_mm[1].value_or(0));
   place(outer *
         Transform<frame::Programmed, frame::Programmed>(Eigen::Matrix2d::Identity(), zero_mm));
-  place_.file = source.file;
+  place_.pattern = {source.file, source.sha256};
   calls_.push_back(name);
   ++depth_;
   contour_ = Contour::None;
@@ -486,7 +485,7 @@ void Interpreter::call(const Block& block, const Order& order) {
   --depth_;
   calls_.pop_back();
   reporter_.set_file(file);
-  place_.file = place_file;
+  place_.pattern = outer_pattern;
   text_ = caller;
   cursor_ = back;
   modal_ = modal;

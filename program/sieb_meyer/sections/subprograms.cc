@@ -35,7 +35,7 @@ std::vector<std::filesystem::path> subprogram_files(const std::filesystem::path&
 std::optional<SourceText> read_if_it_has(const std::filesystem::path& path, std::string_view name) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored)) return std::nullopt;
-  auto text = read_source(path);
+  auto text = read_source_with_digest(path);
   if (!text || !find_subprogram(text->bytes, name)) return std::nullopt;
   return *std::move(text);
 }

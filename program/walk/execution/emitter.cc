@@ -101,7 +101,7 @@ void Emitter::put(int line, decltype(Operation::what) what) {
 }
 
 void Emitter::send(int line, decltype(Operation::what) what) {
-  sink_->put({line, place_.path, std::move(what), place_.file, &origin_});
+  sink_->put({line, place_.path, std::move(what), place_.pattern.path, &origin_});
 }
 
 // --- tools -------------------------------------------------------------------------------------
@@ -284,7 +284,7 @@ void Emitter::drill_now(int line, const Eigen::Vector2d& at_mm) {
   drill.nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
   hole_.line = line;
   hole_.path = place_.path;
-  hole_.file = place_.file;
+  hole_.file = place_.pattern.path;
   const bool is_scaled = place_.is_scaled && options_.scaling.has_value();
   const bool is_corrected = is_correcting();
   if (is_scaled || corrections_.stack.smooth() != nullptr) {
@@ -309,9 +309,7 @@ void Emitter::drill_now(int line, const Eigen::Vector2d& at_mm) {
 
 void Emitter::drill_panel(const Eigen::Vector2d& at_mm) const {
   const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
-  const bool is_scaled = place_.is_scaled && options_.scaling.has_value();
-  const auto place = corrections_.stack.actual_of(is_scaled ? scaling_(nominal) : nominal);
-  panel_->drill({nominal, place, place_.work_zero});
+  panel_->drill({nominal, corrections_.stack.actual_of(nominal), place_.work_zero});
 }
 
 void Emitter::drill_at_target(int line,

@@ -17,6 +17,7 @@
 #include "program/walk/measuring/measuring.h"
 #include "program/walk/options.h"
 #include "program/walk/reporter.h"
+#include "program/walk/trial_execution.h"
 
 namespace panelcal {
 
@@ -24,7 +25,7 @@ namespace panelcal {
 struct WalkPlace {
   Placement placement;
   InstancePath path;
-  std::string_view file;  ///< of a stored pattern; empty: the program itself
+  PatternFile pattern;  ///< of the lines that are walked; none: the program itself
   Position<frame::Machine> work_zero;
   bool is_scaled = false;  ///< M60 is in force
 };
@@ -47,6 +48,10 @@ class Emitter {
   bool needs_places() const { return sink_ != nullptr || panel_ != nullptr; }
   /// Only counts from here on.
   void stop_executing() { sink_ = nullptr; }
+  /// The same where a trial is over; it may be null.
+  void stop_after(const TrialExecution* trial) {
+    if (trial != nullptr && trial->is_over()) stop_executing();
+  }
   /// More was asked for than the limits allow; that was reported.
   bool is_over_limit() const { return is_over_limit_; }
   std::int64_t n_operations() const { return n_operations_; }

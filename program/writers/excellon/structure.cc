@@ -69,13 +69,13 @@ void ExcellonWriter::put_pattern(std::size_t begin,
                                  std::size_t end,
                                  const std::vector<WorkMap>& copies) {
   // A control stores and uses corrections in a pattern, be it one of a single copy.
-  bool can_repeat = copies.size() > 1 || stored_correction(begin, end) != nullptr;
+  const StoredCorrection* const stored = stored_correction(begin, end);
+  bool can_repeat = copies.size() > 1 || stored != nullptr;
   for (std::size_t i = begin; i < end && can_repeat; ++i) {
     can_repeat = !std::holds_alternative<PatternBegin>(stored_[i].what) &&
                  !std::holds_alternative<ZeroSet>(stored_[i].what);
   }
   for (const WorkMap& copy : copies) can_repeat &= copy_run(copy.linear()).has_value();
-  const StoredCorrection* const stored = stored_correction(begin, end);
   if (stored != nullptr && !can_repeat) {
     return refuse("corrections of the copies of such a pattern (G39,SAVE, G39,LOAD)",
                   "a pattern with offsets by M50 to M90 alone, and no pattern in it");
@@ -89,15 +89,11 @@ void ExcellonWriter::put_pattern(std::size_t begin,
     put_now({.what = StoredCorrection{next, stored->label, {}, 0}});
   }
   if (!can_repeat) {
-    for (const WorkMap& copy : copies) {
-      put_stored(begin, end, copy);
-      end_copy();
-    }
+    for (const WorkMap& copy : copies) put_stored(begin, end, copy);
     return;
   }
   put_now({.what = PatternBegin()});
   put_stored(begin, end, copies.front());
-  end_copy();
   const WorkMap back = copies.front().inverse();
   std::vector<WorkMap> others;
   for (std::size_t i = 1; i < copies.size(); ++i) others.push_back(copies[i] * back);
@@ -119,11 +115,6 @@ bool ExcellonWriter::works_before_use(std::size_t begin) const {
     if (is_work(stored_[i])) return true;
   }
   return false;
-}
-
-/// In the other language the offset of a pattern ends with its copy.
-void ExcellonWriter::end_copy() {
-  if (std::exchange(has_nested_, false)) line("G47");
 }
 
 void ExcellonWriter::write(const PatternBegin&) {

@@ -92,7 +92,6 @@ class ExcellonWriter final : public ProgramWriter {
   void put_stored(std::size_t begin, std::size_t end, const WorkMap& map);
   void put_pattern(std::size_t begin, std::size_t end, const std::vector<WorkMap>& copies);
   void close_pattern(const std::vector<WorkMap>& copies);
-  void end_copy();
   const StoredCorrection* stored_correction(std::size_t begin, std::size_t end) const;
   bool works_before_use(std::size_t begin) const;
   void write(const PatternBegin& begin);
@@ -123,7 +122,7 @@ class ExcellonWriter final : public ProgramWriter {
 
   StoredOperations stored_;  ///< of an open pattern
   int n_open_patterns_ = 0;
-  bool has_nested_ = false;  ///< the other control drops it at the end of the copy
+  bool has_nested_ = false;  ///< one is in force, or was in this copy
   bool has_vision_tool_ = false;
   std::optional<int> series_size_;  ///< as $uvis,alg said last
   int algorithm_ = 0;               ///< Excellon's own

@@ -244,7 +244,7 @@ void SiebMeyerWriter::write(const SurfaceOrder& order) {
 }
 
 void SiebMeyerWriter::probe(const SurfaceOrder& order, std::string_view command) {
-  refuse_under_nested();
+  note_work();
   const std::string_view tool = std::exchange(probing_tool_, {});
   open_line(order.place->commanded.in_mm());
   line_ += tool;

@@ -21,8 +21,8 @@ namespace {
 /// The word of a line that probes, which is executed before the output is.
 constexpr std::string_view kDummyTool = "TD";
 
-/// The last storage location (G39,SAVEn): copies have theirs by their numbers from 1.
-constexpr int kBoardLocation = 1000;
+/// Storage locations (G39,SAVEn): copies have theirs by their numbers from 1, the board the last.
+constexpr std::size_t kLocations = 1000;
 
 /// Command that has to stand before a function's text, which is not always a command by itself.
 std::string_view command_before(const Function& function) {
@@ -111,12 +111,11 @@ void SiebMeyerWriter::write(const PatternBegin&) {
   say_tool();
   line("M31");
   ++n_open_patterns_;
-  cancels_ahead_ = restores_in_pattern_ = false;
+  pattern_ = {};
   up_at_.reset();
   feed_.reset();
   begin_depths_of_copy();
   pattern_mode_.reset();
-  n_nested_targets_ = 0;
 }
 
 /// Source SIEB & MEYER CNC 8x.00 Command Set, 5.3, 5.5
@@ -144,15 +143,30 @@ void SiebMeyerWriter::write(const PatternEnd& end) {
   up_at_.reset();
   feed_.reset();
   pattern_mode_.reset();
-  n_nested_targets_ = 0;
-  if (has_kept_ && copies.size() >= static_cast<std::size_t>(kBoardLocation)) {
-    refuse(fmt::format("corrections of {} copies", copies.size()),
-           fmt::format("at most {}", kBoardLocation - 1));
+  refuse_uneven_copies(copies.size());
+  keeps_copies_ = false;
+  if (std::exchange(pattern_, {}).has_offset) {
+    // It ends with the copy; Excellon's goes on until it is cancelled.
+    if (nested_ == Nested::InForce) nested_ = Nested::Ended;
+    if (nested_ == Nested::Cancelled) nested_ = Nested::None;
   }
-  keeps_copies_ = has_kept_ = false;
-  // The offset of a pattern ends with its copy; Excellon's goes on until it is cancelled.
-  if (nested_ == Nested::InForce) nested_ = Nested::Ended;
-  if (nested_ == Nested::Cancelled) nested_ = Nested::None;
+}
+
+/// What the second copy would not do as the first does.
+/// Source SIEB & MEYER CNC 8x.00 Command Set, 9, G39 (1000 storage locations)
+void SiebMeyerWriter::refuse_uneven_copies(std::size_t n_copies) {
+  const bool leaves_offset = pattern_.has_offset && nested_ == Nested::InForce;
+  if (leaves_offset && pattern_.works_ahead && n_copies > 1) {
+    refuse("a place in a copy under the nested correction of the copy before",
+           "G47 at the pattern's end");
+  }
+  if (!pattern_.has_kept) return;
+  n_kept_copies_ = n_copies;
+  const std::size_t most = kLocations - (uses_board_location_ ? 1 : 0);
+  if (n_copies > most) {
+    refuse(fmt::format("a pattern of {} copies that store corrections", n_copies),
+           fmt::format("at most {}", most));
+  }
 }
 
 // --- vision ------------------------------------------------------------------------------------
@@ -161,14 +175,22 @@ void SiebMeyerWriter::write(const PatternEnd& end) {
 /// Source SIEB & MEYER CNC 8x.00 Command Set, 9, G31 to G34
 void SiebMeyerWriter::write(const VisionSeries& series) {
   if (series.level == CorrectionLevel::Nested) return write_nested(series);
-  if (n_open_patterns_ > 0 && restores_in_pattern_) {
+  if (n_open_patterns_ > 0 && pattern_.restores_board) {
     refuse("a base series behind G47 in its pattern", "G47 before the pattern");
   }
-  if (has_base_ || n_open_patterns_ > 0 || is_replaced_) line("G34");
+  if (has_base_ || n_open_patterns_ > 0 || is_replaced_) clear_corrections();
   measure_targets(series);
   n_board_targets_ = series.targets.size();
   has_base_ = true;
   is_board_saved_ = is_replaced_ = false;
+}
+
+/// Also what is nested; but an offset from outside of patterns comes back behind the copy.
+void SiebMeyerWriter::clear_corrections() {
+  line("G34");
+  if (n_open_patterns_ > 0) return;
+  has_outer_offset_ = false;
+  pattern_.n_nested_targets = 0;
 }
 
 void SiebMeyerWriter::measure_targets(const VisionSeries& series) {
@@ -192,13 +214,13 @@ bool SiebMeyerWriter::may_be_whole(const VisionSeries& series) const {
 /// than an offset, but what it fits to the same targets, from where they are nominally, is the
 /// copy's whole correction. The board's is in force before, so that targets are found.
 void SiebMeyerWriter::write_whole(const VisionSeries& series) {
-  if (cancels_ahead_) refuse_cancel_ahead();
+  if (pattern_.cancels_ahead) refuse_cancel_ahead();
   switch_pattern_mode(false);
   is_replaced_ = true;
   restore_board();
   measure_targets(series);
   is_replaced_ = true;
-  ++n_nested_targets_;
+  ++pattern_.n_nested_targets;
 }
 
 /// In the first copy there may be nothing to cancel, in the second there is.
@@ -210,31 +232,43 @@ void SiebMeyerWriter::refuse_cancel_ahead() {
 /// Puts the base correction in force where that of a copy has replaced it.
 void SiebMeyerWriter::restore_board() {
   if (!std::exchange(is_replaced_, false)) return;
-  line(has_base_ ? fmt::format("G39,LOAD{}", kBoardLocation) : "G34");
+  line(has_base_ ? fmt::format("G39,LOAD{}", kLocations) : "G34");
   up_at_.reset();
-  restores_in_pattern_ = n_open_patterns_ > 0;
+  pattern_.restores_board = n_open_patterns_ > 0;
+}
+
+/// The control takes a second target of one copy, or of the program outside of patterns, together
+/// with the first, and an offset from outside comes back behind a copy that has its own.
+bool SiebMeyerWriter::refuse_second_nested() {
+  const bool is_executed = is_foreign() || nested_ == Nested::Cancelled;
+  if (!is_executed || (pattern_.n_nested_targets == 0 && !has_outer_offset_)) return false;
+  refuse("a second nested correction", "one for each copy of a pattern");
+  return true;
 }
 
 /// All targets of a copy give one offset, so that a second series would change the first.
 /// Source SIEB & MEYER CNC 8x.00 Command Set, 9, G36 (CAMA)
 void SiebMeyerWriter::write_nested(const VisionSeries& series) {
-  if (keeps_copies_ && n_nested_targets_ == 0 && may_be_whole(series)) return write_whole(series);
+  if (has_outer_offset_ && refuse_second_nested()) return;
+  if (keeps_copies_ && pattern_.n_nested_targets == 0 && may_be_whole(series)) {
+    return write_whole(series);
+  }
   if (is_foreign() && series.targets.size() > 1) {
     return refuse(fmt::format("a nested series of {} targets", series.targets.size()),
                   "one target (G45): the offset of a pattern is all that SIEB & MEYER nests");
   }
-  if (is_foreign() && n_nested_targets_ > 0) {
-    return refuse("a second nested correction", "one for each copy of a pattern");
-  }
+  if (refuse_second_nested()) return;
   restore_board();
   switch_pattern_mode(true);
   for (const Position<frame::Nominal>& target : series.targets) {
     finish_line();
     append_point(target.in_mm(), "XY");
     line_ += "G36";
-    ++n_nested_targets_;
+    ++pattern_.n_nested_targets;
   }
   finish_line();
+  pattern_.has_offset = n_open_patterns_ > 0;
+  has_outer_offset_ |= n_open_patterns_ == 0;
   nested_ = Nested::InForce;
   up_at_.reset();
 }
@@ -248,11 +282,14 @@ void SiebMeyerWriter::write(const TargetHole& hole) {
 
 void SiebMeyerWriter::write(const CancelCorrection& cancel) {
   if (cancel.level == CorrectionLevel::Base) {
-    line("G34");  // drops the nested one as well
+    clear_corrections();
     has_base_ = is_board_saved_ = is_replaced_ = false;
     nested_ = Nested::None;
-  } else if (keeps_copies_ && n_open_patterns_ > 0 && !has_kept_) {
-    cancels_ahead_ = true;
+  } else if (nested_ == Nested::InForce && n_open_patterns_ > 0 && !pattern_.has_offset) {
+    refuse("G47 in a pattern, of a nested correction from outside of it", "G37");
+    nested_ = Nested::None;
+  } else if (keeps_copies_ && n_open_patterns_ > 0 && !pattern_.has_kept) {
+    pattern_.cancels_ahead = true;
     nested_ = Nested::None;
     if (is_replaced_) refuse_cancel_ahead();
   } else if (nested_ == Nested::InForce) {
@@ -270,14 +307,11 @@ void SiebMeyerWriter::write(const StoredCorrection& stored) {
   switch (stored.kind) {
     case StoredCorrectionKind::RecordNext:
       keeps_copies_ = true;
-      if (has_base_ && !is_replaced_ && !std::exchange(is_board_saved_, true)) {
-        line(fmt::format("G39,SAVE{}", kBoardLocation));
-      }
-      return;
+      return save_board();
     case StoredCorrectionKind::RewindNext:
       return;
     case StoredCorrectionKind::Keep:
-      has_kept_ = true;
+      pattern_.has_kept = true;
       kept_label_ = stored.label;
       return line("G39,SAVE");
     case StoredCorrectionKind::Use:
@@ -285,18 +319,28 @@ void SiebMeyerWriter::write(const StoredCorrection& stored) {
   }
 }
 
+/// In the last location, where the last of 1000 copies has its own.
+void SiebMeyerWriter::save_board() {
+  if (!has_base_ || is_replaced_ || std::exchange(is_board_saved_, true)) return;
+  line(fmt::format("G39,SAVE{}", kLocations));
+  uses_board_location_ = true;
+  if (n_kept_copies_ == kLocations) kept_label_.reset();
+}
+
 void SiebMeyerWriter::use_stored(const StoredCorrection& stored) {
   if (kept_label_ != stored.label) {
-    return refuse(
-        fmt::format("the corrections of M50,{} behind those of another label", stored.label),
-        "one label at a time: each copy has one storage location");
+    return refuse(fmt::format("a use of the corrections of M50,{} behind those of another label",
+                              stored.label),
+                  "one label at a time: each copy has one storage location");
   }
   const bool is_nested = stored.level == CorrectionLevel::Nested;
+  if (is_nested && has_outer_offset_ && refuse_second_nested()) return;
   const bool is_offset = is_nested && stored.n_targets == 1;
   if (is_foreign()) switch_pattern_mode(is_offset);
   line("G39,LOAD");
   up_at_.reset();
   nested_ = is_offset ? Nested::InForce : Nested::None;
+  pattern_.has_offset = is_offset;
   if (is_nested) {
     is_replaced_ = !is_offset;
   } else {
@@ -317,9 +361,13 @@ void SiebMeyerWriter::switch_pattern_mode(bool is_on) {
   if (std::exchange(pattern_mode_, is_on) != is_on) line(is_on ? "M49,CAMA" : "M49,NOCAMA");
 }
 
-/// An offset of a pattern holds for the rest of its copy and no longer.
-void SiebMeyerWriter::refuse_under_nested() {
-  if (nested_ == Nested::Cancelled) {
+/// A place is worked at. An offset of a pattern holds for the rest of its copy and no longer.
+void SiebMeyerWriter::note_work() {
+  if (!pattern_.has_offset) pattern_.works_ahead = true;
+  if (nested_ == Nested::Cancelled && !pattern_.has_offset) {
+    refuse("a place behind G47 of a nested correction from outside of patterns", "G37");
+    nested_ = Nested::None;
+  } else if (nested_ == Nested::Cancelled) {
     refuse("a place behind G47 in the pattern of its nested correction",
            "G47 at the pattern's end");
     nested_ = Nested::None;

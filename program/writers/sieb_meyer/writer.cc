@@ -110,12 +110,12 @@ void SiebMeyerWriter::drill_line(const Eigen::Vector2d& at_mm,
 }
 
 void SiebMeyerWriter::write(const Drill& drill) {
-  refuse_under_nested();
+  note_work();
   drill_line(drill.commanded.in_mm(), drill.cut, "");
 }
 
 void SiebMeyerWriter::write(const Slot& slot) {
-  refuse_under_nested();
+  note_work();
   drill_line(slot.start.commanded.in_mm(), slot.cut, "G85");
   open_line(slot.end.commanded.in_mm());
 }
@@ -133,7 +133,7 @@ void SiebMeyerWriter::write(const Autocalibration&) {
 /// A second T0 line at the same place would only cost time, but words of a line for its place must
 /// not come to the line before: M20 there would stop ahead of the contour's end, the cutter down.
 void SiebMeyerWriter::write(const RapidMove& move) {
-  refuse_under_nested();
+  note_work();
   const Eigen::Vector2d to_mm = move.commanded.in_mm();
   if (up_at_ == steps(to_mm) && !pending_tool_) {
     const bool has_words = place_words_.may_stop || place_words_.has_output;
@@ -147,6 +147,7 @@ void SiebMeyerWriter::write(const RapidMove& move) {
 /// lowered again, be it at the place where a contour ends, a T0 line of its own begins the next.
 /// The first rout line behind it lowers the cutter, but a ramp's begin has to be said before.
 void SiebMeyerWriter::write(const Plunge& plunge) {
+  note_work();
   if (plunge.kind == PlungeKind::Contouring && !plunge.cut.is_controlled()) {
     refuse("M14, which lowers the router to a depth that follows the material", "M15");
   }
@@ -170,6 +171,7 @@ void SiebMeyerWriter::write(const Plunge& plunge) {
 /// I and J lead from the centre to the start (SIEB & MEYER CNC 8x.00 Command Set, I). The same
 /// coordinates twice running would stop the control.
 void SiebMeyerWriter::write(const Rout& rout) {
+  note_work();
   const Eigen::Vector2d from_mm = at_mm_;
   const Eigen::Vector2d to_mm = rout.commanded.in_mm();
   if (has_routed_ && steps(to_mm) == steps(from_mm)) return;

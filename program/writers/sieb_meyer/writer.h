@@ -80,6 +80,16 @@ class SiebMeyerWriter final : public ProgramWriter {
     bool is_said = false;
   };
 
+  /// The pattern that is open, of which one copy is written for all.
+  struct OpenPattern {
+    int n_nested_targets = 0;     ///< they count together
+    bool works_ahead = false;     ///< before it has an offset of its own
+    bool has_offset = false;      ///< ends with the copy
+    bool has_kept = false;        ///< corrections of its copies
+    bool cancels_ahead = false;   ///< G47 before the series that its copies keep
+    bool restores_board = false;  ///< instead of a copy's correction
+  };
+
   void end() override;
 
   // lines.cc
@@ -166,8 +176,12 @@ class SiebMeyerWriter final : public ProgramWriter {
   void use_stored(const StoredCorrection& stored);
   void restore_board();
   void refuse_cancel_ahead();
+  bool refuse_second_nested();
+  void save_board();
+  void clear_corrections();
+  void refuse_uneven_copies(std::size_t n_copies);
   void switch_pattern_mode(bool is_on);
-  void refuse_under_nested();
+  void note_work();
 
   bool states_control_ = false;   ///< the lines that say how the control is to be
   std::string line_;              ///< not finished: words may follow
@@ -204,14 +218,14 @@ class SiebMeyerWriter final : public ProgramWriter {
   // Of a source in Excellon, whose nested series become corrections of the copies by themselves:
   std::size_t n_board_targets_ = 0;  ///< of the last base correction
   bool keeps_copies_ = false;        ///< the next pattern, or the open one, keeps its corrections
-  bool has_kept_ = false;            ///< the open one does
-  bool cancels_ahead_ = false;       ///< the open pattern, of its series that it keeps
-  bool restores_in_pattern_ = false;
+  std::size_t n_kept_copies_ = 0;    ///< of the pattern that kept them last
+  bool uses_board_location_ = false;
   bool is_board_saved_ = false;    ///< the base correction
   bool is_replaced_ = false;       ///< by that of a copy
   std::optional<int> kept_label_;  ///< of the corrections in the copies' locations
   Nested nested_ = Nested::None;
-  int n_nested_targets_ = 0;          ///< in this copy of the pattern: they count together
+  bool has_outer_offset_ = false;  ///< measured outside of patterns, which only G34 ends
+  OpenPattern pattern_;
   std::optional<bool> pattern_mode_;  ///< CAMA, NOCAMA
 };
 

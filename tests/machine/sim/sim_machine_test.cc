@@ -113,7 +113,9 @@ TEST_F(SimMachineTest, TargetThatTheProgramHasDrilledIsTheHole) {
   const auto drill_at = [&](const MeasurementRequest& request, double dx_mm, double dy_mm) {
     const Position<frame::Actual> place =
         position_mm<frame::Actual>(request.nominal.in_mm() + Eigen::Vector2d(dx_mm, dy_mm));
-    machine.drill({request.nominal, place, request.work_zero});
+    // A copy has more digits than a target's coordinate.
+    const auto nominal = request.nominal + displacement_mm<frame::Nominal>(0.003, -0.004);
+    machine.drill({nominal, place, request.work_zero});
     return place;
   };
   // A mark of the panel, until the program drills there.

@@ -313,7 +313,9 @@ TEST(MeasurementFileSource, ReplaysAStoredPatternFromAnotherFolder) {
                       "file \"PINS\", sha256 " + sha256("G46X1.5Y2.0\n").substr(0, 12),
                       "file \"job/PINS\", sha256 " + sha256("G46X1.5Y2.1\n").substr(0, 12)));
   EXPECT_THAT(answer(recorded, request_of(kFound)),
-              Reports("m.jsonl:1:1: error[measurement-mismatch]", "file \"PINS\"", "file \"\""));
+              Reports("m.jsonl:1:1: error[measurement-mismatch]",
+                      "file \"PINS\"",
+                      "file (the program itself)"));
   // A recording from before, and those of other vision systems, has the name alone.
   const std::string named = with("\"line\":7", "\"line\":7,\"file\":\"job/PINS\"");
   EXPECT_EQ(answer(named, in_pattern("PINS", "G46X1.5Y2.0\n")), "accepted");
@@ -331,6 +333,21 @@ TEST(MeasurementFile, RefusesADigestThatIsNone) {
        {std::string("7"), "\"" + sha256("").substr(1) + "\"", "\"" + std::string(64, 'G') + "\""}) {
     EXPECT_EQ(refused(digest), "m.jsonl:1:38: error[measurement-file]") << digest;
   }
+}
+
+TEST(MeasurementFile, TakesADigestInEitherCase) {
+  std::string digest = sha256("");
+  std::ranges::transform(digest, digest.begin(), [](unsigned char c) { return std::toupper(c); });
+  const auto read = parse_measurements(
+      with("\"line\":7", "\"file\":\"PINS\",\"file_sha256\":\"" + digest + "\",\"line\":7"),
+      "m.jsonl");
+  ASSERT_TRUE(read) << read.error().text();
+  EXPECT_EQ(read->measurements[0].measurement.request.file_sha256, sha256(""));
+}
+
+TEST(MeasurementFile, RefusesADigestWithoutItsFile) {
+  EXPECT_EQ(refusal(with("\"line\":7", "\"file_sha256\":\"" + sha256("") + "\",\"line\":7")),
+            "m.jsonl:1:24: error[measurement-file]");
 }
 
 TEST(MeasurementFileSource, NoticesMeasurementsThatNobodyAskedFor) {

@@ -200,7 +200,7 @@ TEST(ProbeFileSource, RefusesAnotherProgramsReadings) {
   EXPECT_THAT(refusal_of(with("\"tool\":5", "\"tool\":1")), Reports(mismatch, "tool 1", "tool 5"));
   EXPECT_THAT(refusal_of(with("[0,1]", "[0,2]")), Reports(mismatch, "path [0,2]", "path [0,1]"));
   EXPECT_THAT(refusal_of(with("\"L\":1", "\"file\":\"a\",\"L\":1")),
-              Reports(mismatch, "file \"a\"", "file \"\""));
+              Reports(mismatch, "file \"a\"", "file (the program itself)"));
   EXPECT_THAT(refusal_of(with("[165,15]", "[165,15.001]")),
               Reports(mismatch, "nominal [165, 15.001]", "nominal [165, 15]"));
 }

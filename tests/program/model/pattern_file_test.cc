@@ -44,6 +44,7 @@ TEST(PatternFile, IsWrittenWithItsContentWhereThatIsKnown) {
 TEST(PatternFile, IsNamedWithTheBeginningOfItsDigest) {
   EXPECT_EQ(pattern_text({"PINS", kOne}), "\"PINS\", sha256 111111111111");
   EXPECT_EQ(pattern_text({"PINS", ""}), "\"PINS\"");
+  EXPECT_EQ(pattern_text({}), "(the program itself)");
 }
 
 }  // namespace

@@ -63,6 +63,20 @@ TEST(CheckWalk, StopsExecutingWhereATargetIsMeasured) {
   EXPECT_EQ(walk.survey.measurements.size(), 1u);
 }
 
+/// The hole of the very block that asks: its place is what only a panel can tell.
+TEST(CheckWalk, StopsExecutingAheadOfAHoleAtItsTarget) {
+  DiagnosticLog log;
+  for (const Program& program :
+       {program_of("T1\nX1Y2\nG34,1\nG38X4Y4\nM30\n"),
+        load_program({"p.s5", "%%5000\nX1.Y2.T1\nX4.Y4.G36\nX5.Y5.\n$\nT1D1.\n$\n"}, log)}) {
+    Recorder recorder;
+    const CheckedWalk walk = checked(program, Execution::UntilAsked, recorder);
+    EXPECT_FALSE(walk.is_executed);
+    EXPECT_EQ(recorder.holes().size(), 1u);
+    EXPECT_EQ(walk.survey.measurements.size(), 1u);
+  }
+}
+
 TEST(CheckWalk, ExecutesTargetsOnAPerfectPanelIfAsked) {
   const Program program =
       program_of("T1\nX1Y2\nG34,1\nG36X0Y0\nG36X9Y0\nG36X9Y9\nX2Y2\nG38X4Y4\nG37\nX3Y3\nM30\n");

@@ -125,6 +125,20 @@ TEST(TruthComparison, CountsOnlyWhatASimulationDraws) {
   EXPECT_NEAR(normalized_square("T1\nG38X50.Y70.\n", two_um), 2, 1e-6) << "a hole at its target";
 }
 
+/// A program may measure what it has drilled itself: that lies where the spindle was.
+TEST(TruthComparison, ComparesAHoleAtItsTargetWithTheTarget) {
+  Truth truth = shifted_panel();
+  truth.targets.push_back({.seq = 0,
+                           .nominal = position_mm<frame::Nominal>(10, 0),
+                           .actual = position_mm<frame::Actual>(10.001, 0)});
+  const std::size_t i_measurement = 0;
+  Origin origin;
+  origin.i_measurement = i_measurement;
+  TruthComparison comparison(truth);
+  comparison.put({.line = 1, .path = {}, .what = hole(10, 10.003), .file = {}, .origin = &origin});
+  EXPECT_NEAR(comparison.all().corrected.max().in_um(), 2, 1e-9);
+}
+
 /// Two targets with the noise that they state; the hole is halfway, so that its variance is half a
 /// target's. The mean of n chi squares of two degrees over two scatters by 1 / sqrt(n).
 TEST(TruthComparison, IsOneOverManyHonestJobs) {

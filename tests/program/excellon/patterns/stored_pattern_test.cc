@@ -120,6 +120,23 @@ TEST(StoredPattern, TheTemporaryZeroIsDroppedAfterwards) {
                 joined(joined({{5, 5}}, ten_pins({1, 2})), {{6, 6}}));
 }
 
+/// Three boards of 50 mm were measured; a call at a board uses the correction of that one alone.
+TEST(StoredPattern, AStoredCorrectionIsUsedOnItsOwnBoard) {
+  PatternFolder folder;
+  folder.with("BOARD", "M52\nX7.Y7.\n");
+  const auto diagnostics_of = [&](const std::string& calls) {
+    const std::string record = "G34,1\nT1\nM50,1\nM25\nG45X5.Y5.\nM01\nR2M02X50.\nM08\nG47\n";
+    return run_program(test::metric(record + "M51,1\n" + calls + "M30\n"), {}, folder.reading())
+        .diagnostics;
+  };
+  const std::string first = "M99,BOARD\nX0.Y0.\n";
+  const std::string second = "M99,BOARD\nX50.Y0.\n";
+  const std::string third = "M99,BOARD\nX100.Y0.\n";
+  EXPECT_EQ(diagnostics_of(first + second + third), std::vector<std::string>());
+  EXPECT_THAT(diagnostics_of(second + first + third),
+              testing::ElementsAre(EndsWith("BOARD:1:1: error[stored-elsewhere]")));
+}
+
 TEST(StoredPattern, EachM99HasItsOwnZero) {
   PatternFolder folder;
   folder.with("TENPIN", kTenPins);

@@ -79,10 +79,19 @@ TEST(StoredCorrections, AreReplayedWithoutM25) {
                 {.1, .2, .3});
 }
 
-TEST(StoredCorrections, AReplayWithoutM25EndsWithAnotherCorrection) {
+TEST(StoredCorrections, AReplayWithoutM25EndsWithItsLastBoard) {
   const std::string replay =
-      measure_three_boards("G46X0.Y0.\n") + "M51,1\nM52\nX1.Y1.\nG47\nM25\nX2.Y2.\n";
-  expect_shifts(hole_shifts(replay + kThreeBoards, {.1, .2, .3}), {.1, 0, 0, 0});
+      measure_three_boards("G46X0.Y0.\n") + "M51,1\nM52\nX1.Y1.\nM52\nX11.Y1.\nM52\nX21.Y1.\nG47\n";
+  expect_shifts(hole_shifts(replay + "M25\nX2.Y2.\n" + kThreeBoards, {.1, .2, .3}),
+                {.1, .2, .3, 0, 0, 0});
+}
+
+TEST(StoredCorrections, AReplayWithoutM25GoesOnBehindACancellation) {
+  expect_shifts(
+      hole_shifts(measure_three_boards("G46X0.Y0.\n") +
+                      "M51,1\nM52\nX1.Y1.\nG47\nX2.Y2.\nM52\nX11.Y1.\nG47\nM52\nX21.Y1.\n",
+                  {.1, .2, .3}),
+      {.1, 0, .2, .3});
 }
 
 TEST(StoredCorrections, ThreeM52AreOneM52WithThree) {
@@ -173,6 +182,21 @@ TEST(StoredCorrections, StoringALabelAgainNeedsANewRewind) {
   const std::string record = "M50,1\nM25\nG46X0.Y0.\nM01\nM08\n";
   EXPECT_EQ(diagnostics_of(record + "M51,1\n" + record + "M52\n"),
             Texts{"p.exc:19:1: error[rewind-missing]"});
+}
+
+/// "There must be as many M52 commands after an M51 as G36/G46".
+TEST(StoredCorrections, AReplayWithoutM25OfSomeBoardsIsRefused) {
+  const std::string record = measure_three_boards("G46X0.Y0.\n");  // lines 8 to 13
+  const std::string part = "M51,1\nM52\nX1.Y1.\nX11.Y1.\nX21.Y1.\n";
+  const auto left_in = [](int line) {
+    return Texts{"p.exc:" + std::to_string(line) + ":1: error[points-left]"};
+  };
+  EXPECT_EQ(diagnostics_of(record + part), left_in(19));  // M30
+  EXPECT_EQ(diagnostics_of(record + part + "G47\nX2.Y2.\n"), left_in(21));
+  EXPECT_EQ(diagnostics_of(record + part + part), left_in(19));
+  EXPECT_EQ(diagnostics_of(record + part + record), left_in(19));
+  EXPECT_EQ(diagnostics_of(record + part + "M25\nX2.Y2.\n" + kThreeBoards),
+            Texts{"p.exc:20:1: error[advance-missing]"});
 }
 
 TEST(StoredCorrections, M52BeyondTheLastPointIsRefused) {

@@ -131,6 +131,14 @@ Translation translate(const std::string& text, Dialect to, const WalkOptions& op
   return translation;
 }
 
+Dialect other_language(const std::string& text) {
+  return text.starts_with("%%") ? Dialect::Excellon : Dialect::SiebMeyer;
+}
+
+std::string sieb_meyer(const std::string& body) {
+  return "%%5000\n" + body + "$\nT1D1.\nT2D2.\n$\n";
+}
+
 std::vector<Event> work_of(const std::vector<Event>& events) {
   return WorkReader().read(events);
 }

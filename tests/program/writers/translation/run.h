@@ -29,6 +29,12 @@ struct Translation {
 };
 Translation translate(const std::string& text, Dialect to, const WalkOptions& options = {});
 
+/// The language that this program is not in.
+Dialect other_language(const std::string& text);
+
+/// A program in format 5000 with tools 1 and 2; lines of the body count from 2.
+std::string sieb_meyer(const std::string& body);
+
 /// Events that are left in every translation: holes, slots, contours with the side that they are
 /// compensated on. Moves that lead nowhere, and step slots, which SIEB & MEYER has not, are left
 /// out.

@@ -1,107 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
-// Corrections that copies keep for later patterns, in both languages: M50, M51 and M52; G39,SAVE
-// and G39,LOAD. Run on the same panel, source and translation drill the same holes.
-#include <cmath>
-#include <set>
+// Corrections that copies keep for later patterns: M50, M51 and M52 as G39,SAVE and G39,LOAD. Run
+// on the same panel, source and translation drill the same holes.
 #include <string>
+#include <vector>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <rapidcheck/gtest.h>
 
-#include "tests/program/program_run.h"
-#include "tests/program/writers/translation/run.h"
+#include "tests/program/writers/translation/boards.h"
+#include "tests/support/matchers.h"
 
 namespace panelcal {
 namespace {
 
-using Eigen::Vector2d;
-using test::difference_of_work;
-using test::FunctionSource;
-using test::run_on;
+using test::kSameOnPanel_um;
+using test::panel_of_boards;
+using test::same_holes;
 using test::translate;
 using test::Translation;
-using test::WorkRun;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-/// A panel that lies turned and stretched, with boards that lie on it each in its own way.
-FunctionSource panel_of_boards(const Vector2d& pitch_mm, const Vector2d& first_mm) {
-  return FunctionSource([=](const MeasurementRequest& request) -> Vector2d {
-    const Vector2d p = request.nominal.in_mm();
-    const Vector2d board((p - first_mm).cwiseQuotient(pitch_mm).array().floor());
-    const double k = board.x() + 3 * board.y();
-    const double angle_rad = 0.0003 * std::sin(1 + 2 * k);
-    const Vector2d in_board = p - first_mm - board.cwiseProduct(pitch_mm);
-    const Vector2d moved = p + angle_rad * Vector2d(-in_board.y(), in_board.x()) +
-                           0.04 * Vector2d(std::cos(k), std::sin(3 * k));
-    return {1.0003 * moved.x() - 0.002 * moved.y() + 0.4,
-            0.002 * moved.x() + 0.9998 * moved.y() - 0.2};
-  });
-}
-
 std::string excellon(const std::string& body) {
-  return "M48\nMETRIC,LZ\nT1C1.0\nT2C2.0\n%\nG34,1\n" + body + "M30\n";
-}
-std::string sieb_meyer(const std::string& body) {
-  return "%%5000\n" + body + "$\nT1D1.\nT2D2.\n$\n";
-}
-
-Dialect other(const std::string& text) {
-  return text.starts_with("%%") ? Dialect::Excellon : Dialect::SiebMeyer;
-}
-
-/// Holes of two runs at the same places, in the same order, by the same tools; the largest distance
-/// of two in um, negative if they are not the same holes.
-double distance_um(const WorkRun& a, const WorkRun& b) {
-  std::vector<Drill> holes[2];
-  const WorkRun* runs[2] = {&a, &b};
-  for (int i = 0; i < 2; ++i) {
-    for (const test::Event& event : runs[i]->events) {
-      if (const auto* drill = std::get_if<Drill>(&event.what)) holes[i].push_back(*drill);
-    }
-  }
-  if (holes[0].size() != holes[1].size()) return -1;
-  double worst_um = 0;
-  for (std::size_t i = 0; i < holes[0].size(); ++i) {
-    const Drill& from = holes[0][i];
-    const Drill& to = holes[1][i];
-    if (from.tool != to.tool || (from.nominal - to.nominal).in_mm().norm() > 1e-5) return -1;
-    worst_um = std::max(worst_um, 1000 * (from.corrected - to.corrected).in_mm().norm());
-  }
-  return worst_um;
-}
-
-/// One fit from where targets are nominally, instead of two that follow each other, lacks a shear
-/// that is the product of a turn and a difference of stretches: 2 mrad times 500 ppm here. Holes on
-/// their own board are 50 mm from its targets, others (behind the pattern) as far as the panel
-/// goes.
-constexpr double kShear_um_per_mm = 1e3 * 0.002 * 500e-6;
-constexpr double kSameOnBoard_um = 2 * kShear_um_per_mm * 50;
-constexpr double kSameOnPanel_um = 2 * kShear_um_per_mm * 250;
-
-FunctionSource small_boards() {
-  return panel_of_boards({50, 50}, {0, 0});
-}
-
-std::string same_holes(const std::string& text,
-                       double limit_um = kSameOnBoard_um,
-                       FunctionSource panel = small_boards(),
-                       const WalkOptions& options = {}) {
-  const Translation translation = translate(text, other(text), options);
-  EXPECT_THAT(translation.errors, IsEmpty());
-  EXPECT_THAT(translation.losses, IsEmpty());
-  const WorkRun before = run_on(panel, text, options);
-  const WorkRun after = run_on(panel, translation.text, options);
-  EXPECT_THAT(before.errors, IsEmpty());
-  EXPECT_THAT(after.errors, IsEmpty()) << translation.text;
-  EXPECT_FALSE(before.events.empty());
-  const double worst_um = distance_um(before, after);
-  EXPECT_GE(worst_um, 0) << translation.text;
-  EXPECT_LT(worst_um, limit_um) << translation.text;
-  return translation.text;
+  return test::boards_in_excellon(body);
 }
 
 constexpr char kBoard[] = "G36X0.Y0.\nG36X190.Y0.\nG36X0.Y190.\n";
@@ -109,8 +32,6 @@ constexpr char kTargets[] = "G46X5.Y5.\nG46X45.Y5.\nG46X5.Y45.\n";
 constexpr char kCopies[] = "M01\nR1M02X50.\nM01\nR2M02Y50.\nM08\n";
 constexpr char kUse[] =
     "M51,1\nM25\nM52,3\nX10.Y20.\nX40.Y30.\nM01\nR1M02X50.\nM01\nR2M02Y50.\nM08\n";
-
-// --- from Excellon -----------------------------------------------------------------------------
 
 TEST(StoredTranslation, ACopysNestedSeriesBecomesItsOwnCorrection) {
   const std::string text = same_holes(excellon(kBoard + std::string("M50,1\nM25\n") + kTargets +
@@ -131,6 +52,55 @@ TEST(StoredTranslation, BehindG47TheBoardsCorrectionIsInForceInEveryCopy) {
                       "X7.Y7.\nG47\nX9.Y9.\n" + kCopies + kUse + "M25\nX2.Y2.\n" + kCopies +
                       "G47\nM25\nX2.Y2.\n" + kCopies),
              kSameOnPanel_um);
+}
+
+/// What a translation to SIEB & MEYER has no form for.
+std::vector<std::string> refusals_of(const std::string& body) {
+  const Translation lost = translate(excellon(body), Dialect::SiebMeyer);
+  EXPECT_THAT(lost.errors, IsEmpty());
+  EXPECT_EQ(lost.is_refused, !lost.losses.empty());
+  return lost.losses;
+}
+
+/// The second copy would do it under the offset of the first, and in the other language under none.
+TEST(StoredTranslation, RefusesAPlaceAheadOfTheOffsetThatACopyLeavesInForce) {
+  const std::string contour = "G00X9.Y9.\nM15\nG01X12.\nM17\nG05\n";
+  for (const std::string begin : {"T1\nM25\n", "T1\nM50,1\nM25\n"}) {
+    for (const std::string& ahead : {std::string("X9.Y9.\n"), contour}) {
+      const std::string pattern = kBoard + begin + ahead + "G45X5.Y5.\nX7.Y7.\n";
+      EXPECT_THAT(refusals_of(pattern + kCopies + "G37\nX1.Y1.\n"),
+                  ElementsAre(HasSubstr("under the nested correction of the copy before")));
+      same_holes(excellon(pattern + "G47\n" + kCopies + "X1.Y1.\n"));
+      same_holes(excellon(pattern + "M01\nM08\nG37\nX1.Y1.\n"));
+    }
+  }
+}
+
+/// The control ends an offset with the copy that it was measured in; one that was measured outside
+/// of patterns comes back behind each copy.
+TEST(StoredTranslation, AnOffsetFromOutsideOfPatternsEndsWithTheBoards) {
+  const std::string outside = kBoard + std::string("T1\nG45X5.Y5.\nX4.Y4.\n");
+  const std::string pattern = std::string("M25\nX1.Y1.\n") + kCopies;
+  same_holes(excellon(outside + pattern + "X3.Y3.\nG37\nX2.Y2.\n" + pattern));
+  same_holes(excellon(outside + "G37\nX3.Y3.\nG45X5.Y45.\nX2.Y2.\n"));
+  const auto behind_g47 = ElementsAre(HasSubstr("behind G47 of a nested correction from outside"));
+  EXPECT_THAT(refusals_of(outside + "G47\nX3.Y3.\n"), behind_g47);
+  EXPECT_THAT(refusals_of(outside + pattern + "G47\nX3.Y3.\n"), behind_g47);
+  EXPECT_THAT(refusals_of(outside + "M25\nX1.Y1.\nG47\n" + kCopies),
+              ElementsAre(HasSubstr("G47 in a pattern, of a nested correction from outside")));
+  for (const std::string own : {"M25\nG45X5.Y5.\nX1.Y1.\nG47\n", "M50,1\nM25\nG45X5.Y5.\n"}) {
+    EXPECT_THAT(refusals_of(outside + "G47\n" + own + kCopies),
+                testing::Contains(HasSubstr("a second nested correction")));
+  }
+}
+
+/// Plunged again where it stands, the router does not move there first.
+TEST(StoredTranslation, RefusesAContourBehindG47OfItsPattern) {
+  EXPECT_THAT(refusals_of(kBoard +
+                          std::string("T1\nM25\nG45X5.Y5.\nG00X30.Y30.\nM15\nG01X35.\n"
+                                      "M17\nG47\nM15\nG01X40.\nM17\nG05\n") +
+                          kCopies),
+              ElementsAre(HasSubstr("behind G47 in the pattern of its nested correction")));
 }
 
 TEST(StoredTranslation, RefusesG47AheadOfTheTargets) {
@@ -154,6 +124,17 @@ TEST(StoredTranslation, ABaseSeriesOrAnOffsetOfEachCopy) {
                         "X5.Y5.\nX7.Y7.\nG47\n" + kCopies + "M51,1\nM25\nM52\nX10.Y20.\nG47\n" +
                         kCopies + "G37\nX1.Y1.\n"));
   }
+}
+
+TEST(StoredTranslation, ContoursSlotsAndHolesAtTargets) {
+  const std::string store = kBoard + ("T1\nM50,1\nM25\n" + std::string(kTargets)) +
+                            "G38X20.Y20.\nG48X25.Y25.\n" + kCopies;
+  const std::string contours =
+      "X10.Y20.G85X20.Y20.\nG00X30.Y30.\nM15\nG01X35.Y30.\nG02X40.Y30.A2.5\nM17\nG05\nG47\n"
+      "G00X30.Y10.\nM15\nG01X40.Y10.\nM17\nG05\n";
+  same_holes(excellon(store + "M51,1\nM25\nM52,3\n" + contours + kCopies));
+  same_holes(
+      excellon(store + "M51,1\nM25\nM52,3\nG48X7.Y8.\nX9.Y9.\nG38X10.Y11.\nX12.Y12.\n" + kCopies));
 }
 
 TEST(StoredTranslation, MirroredAndTurnedCopies) {
@@ -201,143 +182,75 @@ TEST(StoredTranslation, RefusesWhatNoCopyCanKeep) {
     return translate(excellon("$uvis,alg,0,2\nT1\n" + body), Dialect::SiebMeyer).errors;
   };
   const std::string series = "G36X5.Y5.\nG36X45.Y5.\n";
-  EXPECT_THAT(
-      errors_of("M50,1\n" + series + "X1.Y1.\n"),
-      ElementsAre(test::Reports("p:11:1: error[not-supported]", "outside of such a pattern")));
+  EXPECT_THAT(errors_of("M50,1\n" + series + "X1.Y1.\n"),
+              ElementsAre(test::Reports("p:11:1: error[not-supported]",
+                                        "\"G36\" completes a series outside of a pattern")));
   EXPECT_THAT(errors_of("M50,1\nM25\n" + series + "G46X5.Y5.\nG46X45.Y5.\nM01\nM08\n"),
               ElementsAre(test::Reports("p:14:1: error[not-supported]", "second series")));
-  EXPECT_THAT(errors_of("M50,1\nM25\n" + series + "M01\nM08\nM51,1\nM52,2\nX1.Y1.\n"),
-              ElementsAre(test::Reports("p:16:1: error[not-supported]", "\"M52,2\" outside")));
+  EXPECT_THAT(
+      errors_of("M50,1\nM25\n" + series + "M01\nM08\nM51,1\nM52,2\nX1.Y1.\n"),
+      ElementsAre(test::Reports("p:16:1: error[not-supported]", "\"M52,2\" stands outside")));
+  EXPECT_THAT(errors_of("M25\nM50,1\nX1.Y1.\nM01\nM08\n"),
+              ElementsAre(test::Reports("p:10:1: error[not-supported]", "\"M50,1\" stands in")));
 }
 
-// --- from SIEB & MEYER -------------------------------------------------------------------------
-
-constexpr char kOffsets[] = "X0.Y0.M50\nX50.Y0.M50\nX0.Y50.M50\nX100.Y50.M90M30\n";
-
-/// SIEB & MEYER CNC 8x.00 Command Set, G39, Example.
-TEST(StoredTranslation, TheManualsExampleOfG39) {
-  const std::string text = same_holes(
-      sieb_meyer("M31\nG34\nX5.Y5.G32\nX45.Y45.G32\nG31\nG39,SAVE\nG30\n" + std::string(kOffsets) +
-                 "M31\nG39,LOAD\nX10.Y20.T1\nX30.Y40.\n" + kOffsets + "G30\nX1.Y1.\n"));
-  EXPECT_THAT(text, HasSubstr("M50,1\nM25\nG37\n"));
-  EXPECT_THAT(text, HasSubstr("M51,1\nM25\nM52,2\n"));
-}
-
-TEST(StoredTranslation, TwoSectionsThatSaveAreTwoLabels) {
-  const std::string first =
-      "M31\nG34\nX5.Y5.G32\nX45.Y45.G32\nG31\nG39,SAVE\n" + std::string(kOffsets);
-  const std::string second =
-      "M31\nG34\nX5.Y45.G32\nX45.Y5.G32\nX5.Y5.G32\nG31\nG39,SAVE\n" + std::string(kOffsets);
-  const std::string use = "M31\nG39,LOAD\nX10.Y20.T1\nX30.Y40.\n" + std::string(kOffsets);
-  const std::string text = same_holes(sieb_meyer(first + use + second + use));
-  EXPECT_THAT(text, HasSubstr("M51,2\nM25\nM52,3\n"));
-}
-
-TEST(StoredTranslation, RefusesLocationsByNumberAndOtherCopies) {
+/// Copies that begin with another tool than the pattern did are written out.
+TEST(StoredTranslation, RefusesPatternsWhoseCopiesAreWrittenOut) {
+  const auto reports = [](int line, const std::string& text) {
+    return ElementsAre(test::Reports("p:" + std::to_string(line) + ":1: error[not-supported]",
+                                     text + " belongs to a pattern whose copies are written out"));
+  };
   const auto errors_of = [](const std::string& body) {
-    return translate(sieb_meyer(body), Dialect::Excellon).errors;
+    return translate(excellon(kBoard + std::string("T1\n") + body), Dialect::SiebMeyer).errors;
   };
-  EXPECT_THAT(errors_of("X5.Y5.G32\nG31\nG39,SAVE1\nX1.Y1.T1\n"),
-              ElementsAre(test::Reports("p:4:1: error[not-supported]", "\"G39,SAVE1\"")));
-  const Translation late =
-      translate(sieb_meyer("M31\nX5.Y5.G32\nG31\nG39,SAVE\n" + std::string(kOffsets) +
-                           "M31\nX9.Y9.T1\nG39,LOAD\nX1.Y1.\n" + kOffsets),
-                Dialect::Excellon);
-  EXPECT_TRUE(late.is_refused);
-  EXPECT_THAT(late.losses, ElementsAre(HasSubstr("work ahead of G39,LOAD")));
+  const std::string two_tools = "X1.Y1.\nT2\nX2.Y2.\nM01\nM02X50.\nM08\n";
+  // The next pattern would be taken for one that stores.
+  EXPECT_THAT(errors_of("M50,1\nM25\n" + two_tools + kBoard + "M25\n" + kTargets + "X7.Y7.\n" +
+                        kCopies + "G47\nX9.Y9.\n"),
+              reports(18, "\"M50,1\""));
+  EXPECT_THAT(errors_of("M50,1\nM25\n" + std::string(kTargets) + two_tools),
+              reports(15, "\"G46\""));
+  const std::string stored = "M50,1\nM25\n" + std::string(kTargets) + "M01\nM02X50.\nM08\n";
+  EXPECT_THAT(errors_of(stored + "M51,1\nM25\nM52,3\n" + two_tools), reports(21, "\"M52,3\""));
+  same_holes(
+      excellon(kBoard + std::string("T1\n") + stored + "M51,1\nM25\nT1\nM52,3\n" + two_tools));
 }
 
-/// A slot (mode 5) shows one coordinate; layers (2 and 3) are several looks.
-TEST(StoredTranslation, RefusesSlotsAndLayers) {
-  const auto errors_in_mode = [](int mode, const std::string& command) {
+/// The board's model and the copy's would not be those of the one fit that stands for both.
+TEST(StoredTranslation, RefusesNestedSeriesOfOtherModels) {
+  const auto errors_of = [](const std::string& body, bool chooses, bool scales) {
     WalkOptions options;
-    options.sieb_meyer.measurement_mode = mode;
-    const std::string text =
-        sieb_meyer("X5.Y5." + command + "\nX45.Y5.G33\nX5.Y45.G33\nG31\nX1.Y1.T1\n");
-    return translate(text, Dialect::Excellon, options).errors;
+    options.chooses_model = chooses;
+    options.sieb_meyer.fits_scale = scales;
+    return translate(excellon(body), Dialect::SiebMeyer, options).errors;
   };
-  const auto named = [](const std::string& line) {
-    return ElementsAre(
-        test::Reports("p:" + line + ":1: error[not-supported]", "another mode than 1"));
+  const auto is_named = [](int line) {
+    return ElementsAre(test::Reports("p:" + std::to_string(line) + ":1: error[not-supported]",
+                                     "\"G46\" completes a nested series whose model is not"));
   };
-  for (const int mode : {2, 3, 5}) EXPECT_THAT(errors_in_mode(mode, "G32"), named("2"));
-  for (const int mode : {1, 2, 3}) EXPECT_THAT(errors_in_mode(mode, "G33"), IsEmpty());
+  const std::string three = kBoard + ("T1\nM50,1\nM25\n" + std::string(kTargets)) + kCopies;
+  const std::string two = "$uvis,alg,0,2\nM50,1\nM25\nG46X5.Y5.\nG46X45.Y45.\nM01\nM08\n";
+  EXPECT_THAT(errors_of(three, true, false), is_named(15));
+  EXPECT_THAT(errors_of(three, false, true), IsEmpty());
+  EXPECT_THAT(errors_of(two, false, true), is_named(11));
 }
 
-// --- random programs ---------------------------------------------------------------------------
-
-std::string random_holes() {
-  std::string text;
-  for (int n = *rc::gen::inRange(1, 4); n > 0; --n) {
-    text += fmt::format("X{}.Y{}.\n", *rc::gen::inRange(1, 49), *rc::gen::inRange(1, 49));
-  }
-  return text;
-}
-
-/// Boards stored once or twice and used several times, with cancellations and holes between.
-std::string random_stored_job() {
-  std::string text = "T1\n";
-  const auto may = [] { return *rc::gen::arbitrary<bool>(); };
-  if (may()) text += kBoard;
-  const std::string copies = may()   ? kCopies
-                             : may() ? "M01\nR3M02X50.\nM08\n"
-                                     : "M01\nM02X100.M80\nM08\n";
-  const char* const level = may() ? "G46" : "G36";
-  const int n_labels = *rc::gen::inRange(1, 3);
-  for (int label = 1; label <= n_labels; ++label) {
-    const bool is_single = *rc::gen::inRange(0, 4) == 0;
-    text += fmt::format("M50,{}\nM25\n", label);
-    if (may()) text += (level == std::string("G36") && may() ? "G47\n" : "") + random_holes();
-    if (is_single) {
-      text += level == std::string("G46") ? "G45X5.Y5.\n" : "G35X5.Y5.\n";
-    } else {
-      text += fmt::format("{0}X5.Y5.\n{0}X45.Y5.\n{0}X5.Y45.\n", level);
-    }
-    if (may()) text += random_holes();
-    if (is_single || may()) text += "G47\n";
-    text += copies;
-    for (int n = *rc::gen::inRange(0, 4); n > 0; --n) {
-      if (may()) text += may() ? "T1\n" : "T2\n";
-      if (may()) text += "X1.Y1.\n";
-      text += fmt::format("M51,{}\nM25\nM52{}\n", label, is_single ? "" : ",3") + random_holes();
-      if (is_single || may()) text += "G47\n";
-      if (!is_single && may()) text += random_holes();
-      text += copies;
-      if (may()) text += "M25\n" + random_holes() + copies;
-    }
-  }
-  return excellon(text + "G37\nX1.Y1.\n");
-}
-
-RC_GTEST_PROP(StoredTranslation, DrillsTheSameHolesAtTheSamePlaces, ()) {
-  const std::string text = random_stored_job();
-  FunctionSource panel = small_boards();
-  const WorkRun before = run_on(panel, text);
-  RC_LOG(text);
-  if (!before.errors.empty()) RC_LOG(before.errors.front());
-  RC_ASSERT(before.errors.empty());
-  const Translation translation = translate(text, Dialect::SiebMeyer);
-  RC_LOG(translation.text);
-  RC_ASSERT(translation.errors.empty());
-  RC_ASSERT(translation.losses.empty());
-  const WorkRun after = run_on(panel, translation.text);
-  if (!after.errors.empty()) RC_LOG(after.errors.front());
-  RC_ASSERT(after.errors.empty());
-  const double worst_um = distance_um(before, after);
-  RC_ASSERT(worst_um >= 0);
-  RC_ASSERT(worst_um < kSameOnPanel_um);
-}
-
-RC_GTEST_PROP(StoredTranslation, ExcellonKeepsItsOwn, ()) {
-  const std::string text = random_stored_job();
-  const Translation same = translate(text, Dialect::Excellon);
-  RC_LOG(same.text);
-  RC_ASSERT(same.errors.empty());
-  RC_ASSERT(same.losses.empty());
-  FunctionSource panel = small_boards();
-  const WorkRun after = run_on(panel, same.text);
-  RC_ASSERT(after.errors.empty());
-  RC_ASSERT(difference_of_work(run_on(panel, text), after).empty());
+/// Locations 1 to 1000, of which the board's correction takes the last where copies replace it.
+TEST(StoredTranslation, AThousandCopiesHaveLocations) {
+  const auto copies = [](int n) { return fmt::format("M01\nR{}M02X.1\nM02\nM08\n", n - 1); };
+  const std::string base = "T1\nM50,1\nM25\nG36X5.Y5.\nG36X45.Y5.\nG36X5.Y45.\n";
+  const std::string nested = kBoard + ("T1\nM50,1\nM25\n" + std::string(kTargets));
+  const auto are_refused = [](int n, int n_most) {
+    return ElementsAre(testing::AllOf(HasSubstr(fmt::format("{} copies that store", n)),
+                                      HasSubstr(fmt::format("at most {}", n_most))));
+  };
+  EXPECT_THAT(refusals_of(base + copies(1001)), are_refused(1001, 1000));
+  EXPECT_THAT(refusals_of(nested + copies(1000)), are_refused(1000, 999));
+  // 1000 copies are not refused, but then the board takes the location of the last.
+  EXPECT_THAT(
+      refusals_of(base + copies(1000) + "M50,2\nM25\nX1.Y1.\nM01\nM08\nM51,1\nM25\nM52,3\n" +
+                  "X1.Y1.\n" + copies(1000)),
+      ElementsAre(HasSubstr("the corrections of M50,1 behind those of another")));
 }
 
 }  // namespace

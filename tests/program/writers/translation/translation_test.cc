@@ -15,9 +15,11 @@ namespace {
 
 using test::difference_of_work;
 using test::FunctionSource;
+using test::other_language;
 using test::Reports;
 using test::run_nominally;
 using test::run_on;
+using test::sieb_meyer;
 using test::translate;
 using test::Translation;
 using test::work_of;
@@ -35,13 +37,9 @@ FunctionSource crooked_panel() {
   });
 }
 
-Dialect other(const std::string& text) {
-  return text.starts_with("%%") ? Dialect::Excellon : Dialect::SiebMeyer;
-}
-
 /// The translation, which has to do the same work and `n_losses` things less.
 std::string same_work(const std::string& text, std::size_t n_losses = 0) {
-  const Translation translation = translate(text, other(text));
+  const Translation translation = translate(text, other_language(text));
   EXPECT_THAT(translation.errors, IsEmpty());
   EXPECT_FALSE(translation.is_refused);
   EXPECT_EQ(translation.losses.size(), n_losses) << testing::PrintToString(translation.losses);
@@ -57,9 +55,6 @@ std::string same_work(const std::string& text, std::size_t n_losses = 0) {
 
 std::string excellon(const std::string& body) {
   return "M48\nMETRIC,LZ\nT1C1.0\nT2C2.0\nCP,1,1.0\nCP,2,2.0\n%\n" + body + "M30\n";
-}
-std::string sieb_meyer(const std::string& body) {
-  return "%%5000\n" + body + "$\nT1D1.\nT2D2.\n$\n";
 }
 
 // --- from Excellon -----------------------------------------------------------------------------
@@ -202,6 +197,22 @@ TEST(Translation, BoardAndPatternMeasurements) {
       sieb_meyer("M49,CAMA\nX5.Y5.G32\nX95.Y5.G32\nX5.Y95.G32\nG31\nM31\nX5.Y6.G36\n"
                  "X10.Y10.T1\nX0Y0M50\nX50.Y0M70M30\nX1.Y1.\n"));
   same_work(sieb_meyer("X10.Y10.T1M31\nX12.Y12.G36\nX0Y0M50\nX50.Y0M50M30\nX1.Y1.\n"));
+}
+
+/// A slot (mode 5) shows one coordinate; layers (2 and 3) are several looks.
+TEST(Translation, RefusesSlotsAndLayers) {
+  const auto errors_in_mode = [](int mode, const std::string& command) {
+    WalkOptions options;
+    options.sieb_meyer.measurement_mode = mode;
+    const std::string text =
+        sieb_meyer("X5.Y5." + command + "\nX45.Y5.G33\nX5.Y45.G33\nG31\nX1.Y1.T1\n");
+    return translate(text, Dialect::Excellon, options).errors;
+  };
+  const auto named = [](const std::string& line) {
+    return ElementsAre(Reports("p:" + line + ":1: error[not-supported]", "another mode than 1"));
+  };
+  for (const int mode : {2, 3, 5}) EXPECT_THAT(errors_in_mode(mode, "G32"), named("2"));
+  for (const int mode : {1, 2, 3}) EXPECT_THAT(errors_in_mode(mode, "G33"), IsEmpty());
 }
 
 /// A line that repeats a pattern is executed, so that the pattern comes twice.

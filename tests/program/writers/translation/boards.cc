@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/program/writers/translation/boards.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace panelcal::test {
+
+using Eigen::Vector2d;
+using testing::IsEmpty;
+
+FunctionSource panel_of_boards(const Vector2d& pitch_mm, const Vector2d& first_mm) {
+  return FunctionSource([=](const MeasurementRequest& request) -> Vector2d {
+    const Vector2d p = request.nominal.in_mm();
+    const Vector2d board((p - first_mm).cwiseQuotient(pitch_mm).array().floor());
+    const double k = board.x() + 3 * board.y();
+    const double angle_rad = 0.0003 * std::sin(1 + 2 * k);
+    const Vector2d in_board = p - first_mm - board.cwiseProduct(pitch_mm);
+    const Vector2d moved = p + angle_rad * Vector2d(-in_board.y(), in_board.x()) +
+                           0.04 * Vector2d(std::cos(k), std::sin(3 * k));
+    return {1.0003 * moved.x() - 0.002 * moved.y() + 0.4,
+            0.002 * moved.x() + 0.9998 * moved.y() - 0.2};
+  });
+}
+
+namespace {
+
+/// Both languages write six decimals of a millimetre or more.
+constexpr double kSamePlace_mm = 1e-5;
+
+/// Where a tool works.
+struct WorkedPlace {
+  int tool = 0;  ///< 0: routed
+  Vector2d nominal_mm;
+  Vector2d corrected_mm;
+};
+
+/// Holes, also those at targets of their own, slots and ends of routed pieces.
+std::vector<WorkedPlace> worked_places(const WorkRun& run) {
+  std::vector<WorkedPlace> places;
+  const auto add = [&](int tool, const PlacedPoint& place) {
+    places.push_back({tool, place.nominal.in_mm(), place.corrected.in_mm()});
+  };
+  for (const Event& event : work_of(run.events)) {
+    if (const auto* drill = std::get_if<Drill>(&event.what)) add(drill->tool, *drill);
+    if (const auto* slot = std::get_if<Slot>(&event.what)) {
+      add(slot->tool, slot->start);
+      add(slot->tool, slot->end);
+    }
+    if (const auto* rout = std::get_if<Rout>(&event.what)) add(0, *rout);
+  }
+  return places;
+}
+
+}  // namespace
+
+double distance_um(const WorkRun& a,
+                   const FunctionSource& looks_a,
+                   const WorkRun& b,
+                   const FunctionSource& looks_b) {
+  const std::vector<WorkedPlace> from = worked_places(a);
+  const std::vector<WorkedPlace> to = worked_places(b);
+  if (from.size() != to.size()) return -1;
+  double worst_mm = 0;
+  const auto compare = [&](const Vector2d& x_mm, const Vector2d& y_mm) {
+    worst_mm = std::max(worst_mm, (x_mm - y_mm).norm());
+  };
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    if (from[i].tool != to[i].tool) return -1;
+    if ((from[i].nominal_mm - to[i].nominal_mm).norm() > kSamePlace_mm) return -1;
+    compare(from[i].corrected_mm, to[i].corrected_mm);
+  }
+  // The source may look at targets that no series uses.
+  auto look = looks_a.requests().begin();
+  for (const MeasurementRequest& same : looks_b.requests()) {
+    look = std::find_if(look, looks_a.requests().end(), [&](const MeasurementRequest& request) {
+      return (request.nominal - same.nominal).in_mm().norm() < kSamePlace_mm;
+    });
+    if (look == looks_a.requests().end()) return -1;
+    // The other control looks for such a target under the whole correction.
+    const bool is_hole = look->command == "G38" || look->command == "G48";
+    if (!is_hole) compare(look->expected.in_mm(), same.expected.in_mm());
+    ++look;
+  }
+  return 1000 * worst_mm;
+}
+
+FunctionSource small_boards() {
+  return panel_of_boards({50, 50}, {0, 0});
+}
+
+std::string same_holes(const std::string& text,
+                       double limit_um,
+                       FunctionSource panel,
+                       const WalkOptions& options) {
+  const Translation translation = translate(text, other_language(text), options);
+  EXPECT_THAT(translation.errors, IsEmpty());
+  EXPECT_THAT(translation.losses, IsEmpty());
+  FunctionSource panel_after = panel;
+  const WorkRun before = run_on(panel, text, options);
+  const WorkRun after = run_on(panel_after, translation.text, options);
+  EXPECT_THAT(before.errors, IsEmpty());
+  EXPECT_THAT(after.errors, IsEmpty()) << translation.text;
+  EXPECT_FALSE(before.events.empty());
+  const double worst_um = distance_um(before, panel, after, panel_after);
+  EXPECT_GE(worst_um, 0) << translation.text;
+  EXPECT_LT(worst_um, limit_um) << translation.text;
+  return translation.text;
+}
+
+std::string boards_in_excellon(const std::string& body) {
+  return "M48\nMETRIC,LZ\nT1C1.0\nT2C2.0\n%\nG34,1\n" + body + "M30\n";
+}
+
+}  // namespace panelcal::test

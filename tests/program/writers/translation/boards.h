@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "tests/program/program_run.h"
+#include "tests/program/writers/translation/run.h"
+
+namespace panelcal::test {
+
+/// A panel that lies turned and stretched, with boards that lie on it each in its own way.
+FunctionSource panel_of_boards(const Eigen::Vector2d& pitch_mm, const Eigen::Vector2d& first_mm);
+/// Of boards of 50 mm, from zero on.
+FunctionSource small_boards();
+
+/// One fit from where targets are nominally, instead of two that follow each other, lacks a shear
+/// that is the product of a turn and a difference of stretches: 2 mrad times 500 ppm here. Holes on
+/// their own board are 50 mm from its targets, others (behind the pattern) as far as the panel
+/// goes.
+inline constexpr double kShear_um_per_mm = 1e3 * 0.002 * 500e-6;
+inline constexpr double kSameOnBoard_um = 2 * kShear_um_per_mm * 50;
+inline constexpr double kSameOnPanel_um = 2 * kShear_um_per_mm * 250;
+
+/// The largest distance in um of two runs, `a` on the panel `looks_a`: of the places that are
+/// worked at, in the same order by the same tools, and of those where `b` looks for targets of
+/// series. Negative if they are not the same places.
+double distance_um(const WorkRun& a,
+                   const FunctionSource& looks_a,
+                   const WorkRun& b,
+                   const FunctionSource& looks_b);
+
+/// The translation of a program, expected to do the same on this panel.
+std::string same_holes(const std::string& text,
+                       double limit_um = kSameOnBoard_um,
+                       FunctionSource panel = small_boards(),
+                       const WalkOptions& options = {});
+
+/// A program with tools 1 and 2 and vision tool 1; lines of the body count from 7.
+std::string boards_in_excellon(const std::string& body);
+
+}  // namespace panelcal::test
