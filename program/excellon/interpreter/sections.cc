@@ -21,7 +21,7 @@ void Interpreter::run_section(int line) {
     return;
   }
   const auto section =
-      scan_section(cursor_, line, {format_, set_, deletes_blocks_, line_of_open_count_}, reporter_);
+      scan_section(cursor_, line, {format(), set_, deletes_blocks_, line_of_open_count_}, reporter_);
   if (!section) {
     ended_ = true;
     return;
