@@ -224,7 +224,7 @@ class Interpreter {
   void refuse_cycle(const Block& block, const Word& word, const std::string& why);
 
   // helpers, blocks.cc
-  /// How numbers are read here.
+  /// Of the numbers that stand here.
   const NumberFormat& format() const { return stated_.format(); }
   bool is_alone(const Block& block, std::size_t n_words = 1);
   std::optional<Command> command(const Word& word) const { return command_of(word, set_); }

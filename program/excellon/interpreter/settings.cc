@@ -211,12 +211,11 @@ void Interpreter::header_word(const SourceLine& line) {
   if (again == OptionAgain::Contradicts) return;
   if (again == OptionAgain::Same) {
     if (word != "ICI" || modal_.incremental == header_.incremental) return;
-    return reporter_.report(
-        Code::ArgumentInvalid,
-        block.line,
-        block.column,
-        quoted(block.text) + " behind " + (modal_.incremental ? "G91" : "G90"),
-        "G90 and G91 alone, or ICI in the header alone");
+    return reporter_.report(Code::ArgumentInvalid,
+                            block.line,
+                            block.column,
+                            quoted(block.text) + " behind " + (modal_.incremental ? "G91" : "G90"),
+                            "G90 and G91 alone, or ICI in the header alone");
   }
   const bool is_known_value =
       word == "ICI" ? value.empty() || value == "ON" || value == "OFF"

@@ -12,7 +12,9 @@
 namespace panelcal::excellon {
 namespace {
 
-std::optional<BodyUnit> read_body_unit(std::string_view text, int line, std::string_view inch_code) {
+std::optional<BodyUnit> read_body_unit(std::string_view text,
+                                       int line,
+                                       std::string_view inch_code) {
   const HeaderCommand command = split_header_command(text);
   const bool is_code = command.word == "M71" || command.word == inch_code;
   if (!is_code && command.word != "INCH" && command.word != "METRIC") return std::nullopt;

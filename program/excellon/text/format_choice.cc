@@ -171,7 +171,8 @@ class FormatChooser {
       return {};
     }
     read_texts();
-    if (!is_late && !bare_ && (stated_.states_unit() || (trouble == nullptr && stated_.knows_unit()))) {
+    if (!is_late && !bare_ &&
+        (stated_.states_unit() || (trouble == nullptr && stated_.knows_unit()))) {
       return {};
     }
     if (trouble != nullptr && needs_file()) return refuse(*trouble);
@@ -244,8 +245,8 @@ class FormatChooser {
     const std::string reason = against_diameters(census_.diameters, other.format());
     if (reason.empty() || !against_diameters(census_.diameters, stated_.format()).empty()) return;
     choice_.numbers.unit = unit;
-    const BodyUnit& said =
-        *std::ranges::find_if(program_.body.units, [&](const BodyUnit& of) { return of.format.unit == unit; });
+    const BodyUnit& said = *std::ranges::find_if(
+        program_.body.units, [&](const BodyUnit& of) { return of.format.unit == unit; });
     reporter_.report(Code::FormatAssumed,
                      said.line,
                      1,

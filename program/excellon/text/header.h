@@ -28,11 +28,11 @@ struct HeaderSetting {
 
 /// The head of a program, before its body.
 struct Header : ProgramHead {
-  StatedFormat stated;              ///< the number format, by the header and outside
-  StatedFormat whole;               ///< and by the body before its first coordinate
-  bool has_dimension = false;       ///< numbers that the unit measures stand in the header
-  bool has_bare_dimension = false;  ///< one of them has no decimal point
-  ProgramSet set = ProgramSet::FormatTwo;     ///< FMAT
+  StatedFormat stated;                     ///< the number format, by the header and outside
+  StatedFormat whole;                      ///< and by the body before its first coordinate
+  bool has_dimension = false;              ///< numbers that the unit measures stand in the header
+  bool has_bare_dimension = false;         ///< one of them has no decimal point
+  ProgramSet set = ProgramSet::FormatTwo;  ///< FMAT
   std::map<int, Length> compensation_values;  ///< CP: diameter by compensation index
   std::vector<HeaderSetting> settings;
   bool incremental = false;                                        ///< ICI,ON
@@ -50,7 +50,7 @@ struct Header : ProgramHead {
   bool is_refused = false;     ///< not-a-program, format-ambiguous: nothing can be walked through
   std::string respelled;  ///< the text in the manual's characters; empty: the source has no others
 
-  /// How its own numbers are read.
+  /// Of its own numbers.
   const NumberFormat& format() const { return stated.format(); }
   /// The statements that decide how the body's numbers are read, for people; empty: there is none.
   std::string format_evidence() const { return whole.evidence(); }

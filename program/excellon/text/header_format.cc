@@ -126,8 +126,7 @@ void HeaderFormat::invalid(int line,
                            int column,
                            std::string what,
                            std::string_view expected) const {
-  reporter_.report(
-      Code::ArgumentInvalid, line, column, std::move(what), std::string(expected));
+  reporter_.report(Code::ArgumentInvalid, line, column, std::move(what), std::string(expected));
 }
 
 }  // namespace panelcal::excellon

@@ -12,8 +12,9 @@
 
 namespace panelcal::excellon {
 
-/// What a message expects in place of a statement behind the numbers that it is about.
-inline constexpr std::string_view kFormatFirst = "INCH or METRIC, with LZ or TZ, before all dimensions";
+/// The remedy for a statement behind the numbers that it is about.
+inline constexpr std::string_view kFormatFirst =
+    "INCH or METRIC, with LZ or TZ, before all dimensions";
 
 /// The number format of a header while it is read: takes what its lines and comments state.
 class HeaderFormat {
@@ -41,11 +42,7 @@ class HeaderFormat {
   };
 
   PartialFormat read_options(int line, int column, std::string_view options);
-  void take(Source source,
-            int line,
-            int column,
-            std::string_view text,
-            PartialFormat parts);
+  void take(Source source, int line, int column, std::string_view text, PartialFormat parts);
   void report_late(int line, int column, std::string_view text, std::string_view stated) const;
   void invalid(int line, int column, std::string what, std::string_view expected) const;
 

@@ -92,8 +92,7 @@ class HeaderReader {
     if (known == header_.options.end()) return false;
     const HeaderCommand first{known->first, known->second};
     if (const auto statement = unit_statement(command)) {
-      check_obeyed(
-          header_.stated, *statement, text, line.number, column_of(line, text), reporter_);
+      check_obeyed(header_.stated, *statement, text, line.number, column_of(line, text), reporter_);
     }
     const OptionAgain again = compare_options(first, command, header_.stated);
     if (again == OptionAgain::More) return false;

@@ -52,8 +52,8 @@ struct FormatWords {
 /// Absent: another word than LZ, TZ and digits.
 std::optional<FormatWords> read_format_words(std::string_view value);
 
-/// What INCH or METRIC states, its source left open. Absent: it is another word, or has others than
-/// LZ, TZ and digits behind its comma.
+/// The statement of INCH or METRIC, its source left open. Absent: it is another word, or has others
+/// than LZ, TZ and digits behind its comma.
 std::optional<PartialFormat> unit_statement(const HeaderCommand& command);
 
 /// An option that comes again means the same whatever its spelling, states more, or contradicts.

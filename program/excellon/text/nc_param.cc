@@ -57,10 +57,8 @@ Expected<FormatBeside> read_nc_param(const SourceText& source) {
   std::array<std::optional<int>, kKeys.size()> values;
   std::array<SourceLine, kKeys.size()> lines;
   const auto problem = [&](Code code, const SourceLine& line, std::string why, std::string remedy) {
-    return Diagnostic{code,
-                      {source.file, line.number, 1},
-                      quoted(trimmed(line.text)) + why,
-                      std::move(remedy)};
+    return Diagnostic{
+        code, {source.file, line.number, 1}, quoted(trimmed(line.text)) + why, std::move(remedy)};
   };
   for (LineCursor cursor(source.bytes); !cursor.at_end();) {
     const SourceLine line = cursor.next();

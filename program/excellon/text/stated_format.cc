@@ -52,7 +52,8 @@ void StatedFormat::decide() {
   if (unit_) format_.unit = *statements_[*unit_].parts.unit;
   zeros_ = first_that([&](const Statement& of) {
     const bool is_of_a_unit = of.source == Source::Comment || of.source == Source::Beside;
-    return of.parts.zeros && (!is_of_a_unit || of.parts.unit.value_or(format_.unit) == format_.unit);
+    return of.parts.zeros &&
+           (!is_of_a_unit || of.parts.unit.value_or(format_.unit) == format_.unit);
   });
   if (zeros_) format_.zeros = *statements_[*zeros_].parts.zeros;
   digits_ = first_that([&](const Statement& of) {

@@ -20,9 +20,9 @@ namespace panelcal::excellon {
 /// The number format of a program: all statements about it, and what they make together.
 ///
 /// The first source in the order of Source that states a part decides it: of several statements the
-/// last one, of comments the first one. Digits count for the unit that they were stated with, and so
-/// do the zeros of a comment and of a file beside the program. A part that no source states is the
-/// manual's: inch, leading zeros, 00.0000 or 000.000.
+/// last one, of comments the first one. Digits count for the unit that they were stated with, and
+/// so do the zeros of a comment and of a file beside the program. A part that no source states is
+/// the manual's: inch, leading zeros, 00.0000 or 000.000.
 ///
 /// Source CNC-7 manual, Leading and Trailing Zeros; Metric Measuring Mode: "the digit format you
 ///        last selected"
@@ -72,7 +72,7 @@ class StatedFormat {
   const std::string& evidence_of_digits() const { return statements_[*digits_].parts.from; }
 
   /// The parts of a statement of the program that the operator does not rule over. Where its unit
-  /// is another one than the operator's, its digits and the zeros of a comment are none of them.
+  /// is another one than the operator's, its digits do not count, nor the zeros of a comment.
   PartialFormat obeyed(Source source, PartialFormat statement) const;
   /// True if the operator states a part otherwise.
   bool is_overruled(const PartialFormat& statement) const;
@@ -80,8 +80,8 @@ class StatedFormat {
   std::string ruling() const;
 
   /// True if a statement of the body is not to be obeyed, since the program has stated another unit
-  /// or other zeros before it. M71 and M72 may change a unit that INCH or METRIC states, not one that
-  /// a comment states as well, which is about all numbers of the file.
+  /// or other zeros before it. M71 and M72 may change a unit that INCH or METRIC states, not one
+  /// that a comment states as well, which is about all numbers of the file.
   bool is_contradicted_by(const PartialFormat& statement, Form form) const;
 
  private:
@@ -92,9 +92,7 @@ class StatedFormat {
   };
   using Index = std::optional<std::size_t>;
 
-  bool is_stated(Index part) const {
-    return part && statements_[*part].source <= Source::Comment;
-  }
+  bool is_stated(Index part) const { return part && statements_[*part].source <= Source::Comment; }
   std::optional<Source> source_of(Index part) const {
     return part ? std::optional(statements_[*part].source) : std::nullopt;
   }

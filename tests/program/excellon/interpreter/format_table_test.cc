@@ -50,10 +50,11 @@ Outcome run(const std::string& program, const Outside& outside) {
   Outcome out;
   test::Recorder executed;
   if (!log.has_errors()) execute(loaded, {}, survey, executed, log);
-  out.x = log.has_errors() ? "error"
-                           : fmt::format("{:.6g}", executed.holes().back().nominal_mm().x());
+  out.x =
+      log.has_errors() ? "error" : fmt::format("{:.6g}", executed.holes().back().nominal_mm().x());
   for (const std::string& line : test::briefs(log)) {
-    const bool is_about_formats = line.find("error") != line.npos || line.find("format-") != line.npos;
+    const bool is_about_formats =
+        line.find("error") != line.npos || line.find("format-") != line.npos;
     if (is_about_formats) out.diagnostics.push_back(line);
   }
   return out;
@@ -97,9 +98,10 @@ void expect_winners(const std::vector<Pair>& pairs,
       std::string expected = "error";
       if (pair.winner[0] == a) expected = places_mm.at(i);
       if (pair.winner[0] == b) expected = places_mm.at(1 - i);
-      EXPECT_EQ(out.x, expected) << pair.sources << i << ' ' << testing::PrintToString(out.diagnostics);
+      EXPECT_EQ(out.x, expected) << pair.sources << i << ' '
+                                 << testing::PrintToString(out.diagnostics);
       if (expected != "error") continue;
-      EXPECT_THAT(out.diagnostics, testing::Each(HasSubstr("error[argument-invalid]")))
+      EXPECT_THAT(out.diagnostics, testing::Contains(HasSubstr("error[argument-invalid]")))
           << pair.sources << i;
     }
   }
@@ -118,22 +120,22 @@ TEST(FormatTable, Unit) {
             {'N', std::string("OUTPUT-UNITS ") + (is_inch ? "ENGLISH\n" : "METRIC\n")},
             {'S', small}};
   };
-  expect_winners({{"FC", "F"}, {"FH", "F"}, {"FW", "F"}, {"FM", "F"}, {"FD", "F"}, {"FN", "F"},
-                  {"FS", "F"}, {"CH", "H"}, {"CW", "e"}, {"CM", "e"}, {"CD", "e"}, {"CN", "C"},
-                  {"CS", "C"}, {"HW", "e"}, {"HM", "M"}, {"HD", "e"}, {"HN", "H"}, {"HS", "H"},
-                  {"WM", "M"}, {"WD", "e"}, {"WN", "W"}, {"WS", "W"}, {"MD", "e"}, {"MN", "M"},
-                  {"MS", "M"}, {"DN", "e"}, {"DS", "e"}, {"NS", "N"}},
-                 {values(false), values(true)},
-                 {"5", "127"},
-                 "",
-                 "X5.0Y5.0\n");
+  expect_winners(
+      {{"FC", "F"}, {"FH", "F"}, {"FW", "F"}, {"FM", "F"}, {"FD", "F"}, {"FN", "F"}, {"FS", "F"},
+       {"CH", "H"}, {"CW", "e"}, {"CM", "e"}, {"CD", "e"}, {"CN", "C"}, {"CS", "C"}, {"HW", "e"},
+       {"HM", "M"}, {"HD", "e"}, {"HN", "H"}, {"HS", "H"}, {"WM", "M"}, {"WD", "e"}, {"WN", "W"},
+       {"WS", "W"}, {"MD", "e"}, {"MN", "M"}, {"MS", "M"}, {"DN", "e"}, {"DS", "e"}, {"NS", "N"}},
+      {values(false), values(true)},
+      {"5", "127"},
+      "",
+      "X5.0Y5.0\n");
 }
 
 TEST(FormatTable, Zeros) {
   const auto values = [](bool is_leading) -> Statements {
     const std::string word = is_leading ? "METRIC,LZ\n" : "METRIC,TZ\n";
-    const std::string comment =
-        std::string(";FORMAT={-:-/ metric / suppress ") + (is_leading ? "trailing}\n" : "leading}\n");
+    const std::string comment = std::string(";FORMAT={-:-/ metric / suppress ") +
+                                (is_leading ? "trailing}\n" : "leading}\n");
     return {{'F', is_leading ? "lz" : "tz"},
             {'C', comment},
             {'H', word},
@@ -142,14 +144,14 @@ TEST(FormatTable, Zeros) {
             {'N', is_leading ? "SUPPRESS-TRAIL-ZEROES YES\n" : "SUPPRESS-LEAD-ZEROES YES\n"},
             {'S', is_leading ? "lz" : "tz"}};
   };
-  expect_winners({{"FC", "F"}, {"FH", "F"}, {"FW", "F"}, {"FD", "F"}, {"FN", "F"}, {"FS", "F"},
-                  {"CH", "H"}, {"CW", "e"}, {"CD", "e"}, {"CN", "C"}, {"CS", "C"}, {"HW", "e"},
-                  {"HD", "e"}, {"HN", "H"}, {"HS", "H"}, {"WD", "e"}, {"WN", "W"}, {"WS", "W"},
-                  {"DN", "e"}, {"DS", "e"}, {"NS", "N"}},
-                 {values(false), values(true)},
-                 {"5", "500"},
-                 "METRIC\n",
-                 "X5000Y5000\n");
+  expect_winners(
+      {{"FC", "F"}, {"FH", "F"}, {"FW", "F"}, {"FD", "F"}, {"FN", "F"}, {"FS", "F"}, {"CH", "H"},
+       {"CW", "e"}, {"CD", "e"}, {"CN", "C"}, {"CS", "C"}, {"HW", "e"}, {"HD", "e"}, {"HN", "H"},
+       {"HS", "H"}, {"WD", "e"}, {"WN", "W"}, {"WS", "W"}, {"DN", "e"}, {"DS", "e"}, {"NS", "N"}},
+      {values(false), values(true)},
+      {"5", "500"},
+      "METRIC\n",
+      "X5000Y5000\n");
 }
 
 TEST(FormatTable, Digits) {
@@ -163,9 +165,21 @@ TEST(FormatTable, Digits) {
             {'N', fmt::format("INTEGER-PLACES {}\nDECIMAL-PLACES {}\n", before, behind)},
             {'S', fmt::format("{}.{}", before, behind)}};
   };
-  expect_winners({{"FC", "F"}, {"FH", "F"}, {"FD", "F"}, {"FN", "F"}, {"FS", "F"}, {"CH", "H"},
-                  {"CD", "e"}, {"CN", "C"}, {"CS", "C"}, {"HD", "H"}, {"HN", "H"}, {"HS", "H"},
-                  {"DN", "e"}, {"DS", "e"}, {"NS", "N"}},
+  expect_winners({{"FC", "F"},
+                  {"FH", "F"},
+                  {"FD", "F"},
+                  {"FN", "F"},
+                  {"FS", "F"},
+                  {"CH", "H"},
+                  {"CD", "e"},
+                  {"CN", "C"},
+                  {"CS", "C"},
+                  {"HD", "H"},
+                  {"HN", "H"},
+                  {"HS", "H"},
+                  {"DN", "e"},
+                  {"DS", "e"},
+                  {"NS", "N"}},
                  {values(4, 2), values(3, 4)},
                  {"50", "0.5"},
                  "METRIC,TZ\n",
@@ -179,7 +193,8 @@ constexpr const char* kPlaces = "T1\nX5000Y5000\nM30\n";
 TEST(FormatTable, CodesThatTheOperatorOverrulesChangeNoDigits) {
   const std::string head = "M48\nMETRIC,TZ,0000.00\n%\nT1\n";
   for (const char* format : {"metric", "metric,tz", "metric,tz,4.2"}) {
-    for (const char* body : {"M72\nX5000Y5000\n", "X5000Y5000\nM72\nX5000Y1000\n", "INCH\nX5000Y1\n"}) {
+    for (const char* body :
+         {"M72\nX5000Y5000\n", "X5000Y5000\nM72\nX5000Y1000\n", "INCH\nX5000Y1\n"}) {
       const Outcome out = run(head + body + "M30\n", {.operator_format = format});
       EXPECT_EQ(out.x, "50") << format << body;
       EXPECT_THAT(out.diagnostics, testing::ElementsAre(HasSubstr("warning[format-overridden]")))

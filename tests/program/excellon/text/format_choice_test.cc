@@ -325,8 +325,8 @@ TEST(FormatChoice, RefusesStepsThatOnlyTheFileBesideItStates) {
     EXPECT_EQ(read(text, alone).diagnostics, refused) << text;
     EXPECT_TRUE(read(text, alone).header.is_refused) << text;
   }
-  const ReadOptions whole =
-      with_steps_beside({LengthUnit::Millimeter, Zeros::TrailingKept, std::pair(2, 5), "nc_param.txt"});
+  const ReadOptions whole = with_steps_beside(
+      {LengthUnit::Millimeter, Zeros::TrailingKept, std::pair(2, 5), "nc_param.txt"});
   EXPECT_EQ(read("T1\nX5.0Y5.0\nM30\n", whole).diagnostics, refused);
   EXPECT_EQ(read("M71\nT1\nX500000Y5.0\nM30\n", whole).diagnostics, refused);
 }
@@ -365,7 +365,8 @@ TEST(FormatChoice, SaysNothingOfTheUsualDigitsInTheLastSetting) {
     return {};
   };
   DiagnosticLog log;
-  read_header({"p.exc", "M48\nMETRIC,TZ\n%\nT1\nX1000Y2000\nM99,PAT\nX1\nM30\n"}, reading, log, untouched);
+  read_header(
+      {"p.exc", "M48\nMETRIC,TZ\n%\nT1\nX1000Y2000\nM99,PAT\nX1\nM30\n"}, reading, log, untouched);
   EXPECT_EQ(test::briefs(log), Lines{});
 }
 

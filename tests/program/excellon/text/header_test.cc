@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "program/excellon/text/header_reader.h"
@@ -235,26 +236,28 @@ TEST(Header, AUnitBehindNumbersThatItMeasuresIsRefused) {
 }
 
 TEST(Header, DigitsAndZerosBehindNumbersThatTheyDecideAreRefused) {
-  const std::string head = "M48\nMETRIC\nT1C800\n";
-  for (const char* late : {";FILE_FORMAT=3:4",
-                           ";FORMAT={3:3/ absolute / metric / suppress leading zeros}",
-                           "METRIC,000.00"}) {
-    EXPECT_EQ(read(head + late + "\n%\n").diagnostics, Texts{"p.exc:4:1: error[argument-invalid]"})
-        << late;
-    EXPECT_EQ(read("M48\nMETRIC\nT1C.8\n" + std::string(late) + "\n%\n").diagnostics, Texts{})
-        << late;
+  const Texts late{"p.exc:4:1: error[argument-invalid]"};
+  const auto read_behind = [](const char* unit, const char* number, const char* statement) {
+    const std::string head = std::string("M48\n") + unit + "\n" + number + "\n";
+    return read(head + statement + "\n%\n").diagnostics;
+  };
+  constexpr const char* kTrailing = ";FORMAT={3:3/ absolute / metric / suppress leading zeros}";
+  for (const auto& [unit, statement] : {std::pair("METRIC,TZ", ";FILE_FORMAT=3:4"),
+                                        std::pair("METRIC,TZ", "METRIC,000.00"),
+                                        std::pair("METRIC,LZ", ";FILE_FORMAT=4:4"),
+                                        std::pair("METRIC", kTrailing)}) {
+    EXPECT_EQ(read_behind(unit, "T1C800", statement), late) << unit << statement;
+    EXPECT_EQ(read_behind(unit, "T1C.8", statement), Texts{}) << unit << statement;
+    for (const char* composite : {"CP,1,05", "ZC,X1.0Y2000", "CAN_TEXT_OFF,1.0,2000"}) {
+      EXPECT_EQ(read_behind(unit, composite, statement), late) << unit << composite;
+    }
   }
-  EXPECT_EQ(read(head + ";FILE_FORMAT=3:3\n%\n").diagnostics, Texts{});
-  // Zeros decide nothing where all numbers have points, digits behind the point nothing under LZ.
-  EXPECT_EQ(read("M48\nMETRIC\nT1C.8\nMETRIC,TZ\n%\n").diagnostics, Texts{});
-  EXPECT_EQ(read("M48\nMETRIC,LZ\nT1C08\n;FILE_FORMAT=3:4\n%\n").diagnostics, Texts{});
-  for (const char* composite : {"ZC,X1.0Y2000", "CAN_TEXT_OFF,1.0,2000", "PCKPARAM,1,.5,2000"}) {
-    EXPECT_EQ(read("M48\nMETRIC\n" + std::string(composite) + "\n;FILE_FORMAT=4:4\n%\n").diagnostics,
-              Texts{"p.exc:4:1: error[argument-invalid]"})
-        << composite;
-  }
-  EXPECT_EQ(read("M48\nMETRIC\nCP,1,05\n;FILE_FORMAT=3:4\n%\n").diagnostics,
-            Texts{"p.exc:4:1: error[argument-invalid]"});
+  EXPECT_EQ(read_behind("METRIC,TZ", "T1C800", ";FILE_FORMAT=3:3"), Texts{});
+  EXPECT_EQ(read_behind("METRIC", "T1C.8", "METRIC,TZ"), Texts{});
+  EXPECT_EQ(read_behind("METRIC", "T1C8", "METRIC,TZ"),
+            Texts{"p.exc:4:8: error[argument-invalid]"});
+  // Under LZ digits behind the point change no number.
+  EXPECT_EQ(read_behind("METRIC,LZ", "T1C08", ";FILE_FORMAT=3:4"), Texts{});
 }
 
 /// Numbers of the body are read by what stands before them; outputs state their unit at once.
@@ -275,7 +278,8 @@ TEST(Header, SaysWhichLineStatedTheFormat) {
   EXPECT_EQ(read("M48\nM71\n%\n").header.format_evidence(), "line 2: M71");
   EXPECT_EQ(read("M48\nMETRIC,0000.00\nMETRIC,TZ\n%\n").header.format_evidence(),
             "line 2: METRIC,0000.00; line 3: METRIC,TZ");
-  EXPECT_EQ(read(";FILE_FORMAT=4:4\nM48\n%\n").header.format_evidence(), "line 1: ;FILE_FORMAT=4:4");
+  EXPECT_EQ(read(";FILE_FORMAT=4:4\nM48\n%\n").header.format_evidence(),
+            "line 1: ;FILE_FORMAT=4:4");
 }
 
 TEST(Header, NamesABadFormatWordAndItsColumn) {

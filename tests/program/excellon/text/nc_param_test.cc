@@ -38,9 +38,7 @@ TEST(NcParam, LeavesZerosOpenThatAreBothLeftOff) {
 }
 
 TEST(NcParam, HasTheLineThatSaysThatCoordinatesAreSteps) {
-  const auto steps = [](const char* text) {
-    return read_nc_param({"nc_param.txt", text})->steps;
-  };
+  const auto steps = [](const char* text) { return read_nc_param({"nc_param.txt", text})->steps; };
   const auto found = steps("HEADER none\nCOORDINATES            INCREMENTAL\n");
   ASSERT_TRUE(found);
   EXPECT_TRUE(found->text().starts_with("nc_param.txt:2:1: error[not-supported]"));

@@ -55,7 +55,7 @@ TEST(NumberCensus, NamesTheFirstBareNumberWithItsPlace) {
   EXPECT_EQ(found->column, 5);
 }
 
-/// Each number of a setting is looked at; the tool of PCKPARAM and the index of CP are none.
+/// Each number of a setting is looked at; the tool of PCKPARAM and the index of CP are no lengths.
 TEST(NumberCensus, FindsABareNumberBesideAPointedOne) {
   for (const char* bare : {"ZC,X1.0Y2000\n",
                            "CAN_TEXT_OFF,1.0,2000\n",
