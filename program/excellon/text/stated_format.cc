@@ -24,9 +24,8 @@ StatedFormat::StatedFormat(const ReadOptions& reading) {
 }
 
 void StatedFormat::add(Source source, const PartialFormat& statement) {
-  const bool is_of_program = source == Source::Word || source == Source::Comment;
-  Statement added{source, is_of_program ? obeyed(source, statement) : statement, statement.unit};
-  if (added.parts.is_empty()) return;
+  if (statement.is_empty()) return;
+  Statement added{source, statement, statement.unit};
   // In inch a control has one digit format only (CNC-7 manual, Inch vs. Metric).
   if (source == Source::Setting && !statement.unit) added.unit_of_digits = LengthUnit::Millimeter;
   const auto place = std::ranges::upper_bound(statements_, source, {}, &Statement::source);

@@ -45,7 +45,7 @@ class StatedFormat {
   /// over [program], which is then left out.
   explicit StatedFormat(const ReadOptions& reading);
 
-  /// Adds a statement; one of the program without the parts that the operator rules over.
+  /// Adds a statement, whose parts count where no other one rules over them.
   void add(Source source, const PartialFormat& statement);
 
   const NumberFormat& format() const { return format_; }
