@@ -17,16 +17,17 @@ Expected<SourceText> read_text(const std::string& path) {
   return source;
 }
 
-/// Allegro's file beside the program states its format before [program] does.
-Expected<void> read_format_beside(const std::filesystem::path& folder, ReadOptions& reading) {
+/// Allegro's file. A program that does not need it is read whatever is wrong with it.
+FormatBeside read_format_beside(const std::filesystem::path& folder) {
   const std::filesystem::path path = folder / excellon::kNcParamName;
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) return {};
-  const PartialFormat& forced = reading.forced_format;
-  if (forced.unit && forced.zeros && forced.digits) return {};
-  PANELCAL_TRY(const SourceText source, read_source(path));
-  PANELCAL_TRY(reading.format_beside, excellon::read_nc_param(source));
-  return {};
+  Expected<FormatBeside> beside = read_source(path).and_then(excellon::read_nc_param);
+  if (beside) return *std::move(beside);
+  FormatBeside unreadable;
+  unreadable.file = path.string();
+  unreadable.fault = std::move(beside).error();
+  return unreadable;
 }
 
 }  // namespace
@@ -42,12 +43,7 @@ std::optional<Program> read_program(const std::string& path,
   const std::filesystem::path folder =
       path == "-" ? std::filesystem::path() : std::filesystem::path(path).parent_path();
   reading.pattern_folders.insert(reading.pattern_folders.begin(), folder);
-  if (path != "-") {
-    if (auto beside = read_format_beside(folder, reading); !beside) {
-      log.add(std::move(beside).error());
-      return std::nullopt;
-    }
-  }
+  if (path != "-") reading.format_beside = read_format_beside(folder);
   return load_program(*std::move(source), log, std::move(reading));
 }
 

@@ -22,7 +22,7 @@ inline constexpr std::string_view kStandardInput = "<stdin>";
 
 /// Reads PROGRAM (`-` is standard input, which can be read only once) and the stored patterns it
 /// names, which are looked for beside it and then where `reading` says; also nc_param.txt beside
-/// it. Problems go into the log; absent if one of program and nc_param.txt could not even be read.
+/// it. Problems go into the log; absent if the program could not even be read.
 std::optional<Program> read_program(const std::string& path,
                                     ReadOptions reading,
                                     DiagnosticLog& log);

@@ -11,10 +11,7 @@ Expected<std::string> set_walk_terms(const WalkTerms& terms, MachineConfig& mach
   if (terms.ages_offset) PANELCAL_CHECK(age_offset(machine, terms.clock, terms.now));
   set_text_variables(terms.program, time, machine.walk.sieb_meyer.text);
   machine.walk.max_operations = terms.max_operations;
-  if (terms.accepts_unterminated) {
-    machine.reading.accepts_unterminated = *terms.accepts_unterminated;
-  }
-  if (!terms.format.is_empty()) machine.reading.forced_format = terms.format;
+  if (terms.reading) machine.reading.take(*terms.reading);
   return time;
 }
 

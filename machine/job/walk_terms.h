@@ -17,16 +17,14 @@ struct WalkTerms {
   std::string clock;    ///< the time on the wall, as wall_time() takes it; empty: `now`
   std::chrono::sys_seconds now{};  ///< UTC
   std::int64_t max_operations = 1'000'000'000;
-  /// An Excellon program without M30 is read; absent: as the machine has it.
-  std::optional<bool> accepts_unterminated = {};
-  PartialFormat format = {};  ///< of its numbers, whatever it states; empty: as it states
+  std::optional<ReadingTerms> reading = {};  ///< absent: as the machine has them
   /// The spindle-camera offset drifts until then. Not where nothing is measured or corrected.
   bool ages_offset = true;
   std::string command = "panelcal";  ///< as diagnostics about the clock name who asks
 };
 
 /// Sets them in a machine: age of the spindle-camera offset, texts of the day and of the program's
-/// name, limit of operations, what reading accepts.
+/// name, limit of operations, terms of reading.
 ///
 /// Out    the time on the wall
 /// Fails  usage (clock); config-value (the offset was found after that time)

@@ -25,9 +25,13 @@ struct ProgramHead {
   std::optional<int> axis_version;   ///< VER
   std::optional<bool> block_delete;  ///< BLKD: blocks that begin with / are not executed
   bool body_rules = false;           ///< OM48: the body's tool data win
+  /// The file beside the program that has decided how its numbers are read; empty: none has.
+  std::string format_file;
 
   /// The format in which writers state numbers.
   virtual NumberFormat number_format() const { return {}; }
+  /// Its digits are stated by the program or by the operator.
+  virtual bool declares_digits() const { return true; }
   /// Reading of numbers: "inch 2.4, leading zeros kept".
   virtual std::string number_summary() const { return {}; }
 };

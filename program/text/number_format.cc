@@ -5,7 +5,6 @@
 #include <array>
 #include <charconv>
 #include <cstddef>
-#include <tuple>
 
 #include "program/text/gaps.h"
 
@@ -45,32 +44,10 @@ void NumberFormat::take_usual_digits() {
   decimal_digits = unit == LengthUnit::Inch ? 4 : 3;
 }
 
-void NumberFormat::take_digits(const PartialFormat& setting) {
-  take_usual_digits();
-  if (!setting.digits || setting.unit.value_or(unit) != unit) return;
-  std::tie(integer_digits, decimal_digits) = *setting.digits;
-  states_digits = true;
-}
-
-void PartialFormat::fill_from(const PartialFormat& other) {
-  const bool takes_digits = !digits && (!unit || !other.unit || *unit == *other.unit);
-  const bool takes_more = (!unit && other.unit) || (!zeros && other.zeros);
-  if (takes_digits) digits = other.digits;
-  if (!unit) unit = other.unit;
-  if (!zeros) zeros = other.zeros;
-  if (!takes_more && !(takes_digits && other.digits)) return;
-  from += (from.empty() ? "" : " and ") + other.from;
-}
-
-void PartialFormat::apply_to(NumberFormat& format) const {
-  if (unit && *unit != format.unit) {
-    format.unit = *unit;
-    if (!digits) format.take_usual_digits();
-  }
-  if (zeros) format.zeros = *zeros;
-  if (!digits) return;
-  std::tie(format.integer_digits, format.decimal_digits) = *digits;
-  format.states_digits = true;
+bool are_scaled_alike(const NumberFormat& a, const NumberFormat& b) {
+  if (a.zeros != b.zeros) return false;
+  return a.zeros == Zeros::LeadingKept ? a.integer_digits == b.integer_digits
+                                       : a.decimal_digits == b.decimal_digits;
 }
 
 std::optional<LengthUnit> parse_unit(std::string_view text) {
@@ -156,6 +133,30 @@ ParsedLength parse_length(std::string_view text, const NumberFormat& format) {
   const double magnitude = exponent >= 0 ? static_cast<double>(mantissa) / kFormatPowers[exponent]
                                          : static_cast<double>(mantissa) * kFormatPowers[-exponent];
   return {format.one_unit() * (negative ? -magnitude : magnitude), NumberFault::None};
+}
+
+bool has_extra_digits(std::string_view number, const NumberFormat& format) {
+  const bool has_sign = number.starts_with('-') || number.starts_with('+');
+  const auto n_digits = static_cast<int>(number.size()) - (has_sign ? 1 : 0);
+  return n_digits > format.integer_digits + format.decimal_digits &&
+         number.find('.') == std::string_view::npos;
+}
+
+bool is_bare(std::string_view number) {
+  return number.find('.') == std::string_view::npos &&
+         number.find_first_of("123456789") != std::string_view::npos;
+}
+
+bool has_bare_number(std::string_view text) {
+  constexpr std::string_view kNumber = ".0123456789";
+  while (true) {
+    const auto begin = text.find_first_of(kNumber);
+    if (begin == std::string_view::npos) return false;
+    text.remove_prefix(begin);
+    const std::string_view number = text.substr(0, text.find_first_not_of(kNumber));
+    if (is_bare(number)) return true;
+    text.remove_prefix(number.size());
+  }
 }
 
 std::optional<int> parse_count(std::string_view text) {

@@ -23,8 +23,6 @@ enum class Zeros : std::uint8_t {
 /// The unit of F and R, the rates of SIEB & MEYER programs: their tables have the first alone.
 enum class RateUnit : std::uint8_t { MetersPerMinute, InchesPerMinute };
 
-struct PartialFormat;
-
 /// Notation of a program's lengths (CNC-7 manual, Inch vs. Metric; Leading and Trailing Zeros). The
 /// default is the manual's: inch, two digits before and four behind the point, leading zeros.
 struct NumberFormat {
@@ -36,20 +34,21 @@ struct NumberFormat {
   int integer_digits = 2;
   int decimal_digits = 4;
 
+  bool operator==(const NumberFormat&) const = default;
+
   /// Those of the unit: two and four in inch, three and three in metric.
   void take_usual_digits();
-  /// Those that a setting has for this unit, else the usual ones.
-  void take_digits(const PartialFormat& setting);
   Length one_unit() const { return unit == LengthUnit::Inch ? inch(1) : mm(1); }
   /// "inch 2.4, leading zeros kept".
   std::string summary() const;
 };
 
-/// A number format as far as something outside of the program states it: the control's last
-/// setting, or the operator.
-///
-/// Source CNC-7 manual, Leading and Trailing Zeros: "the CNC-7 will automatically use the last
-///        setting"
+/// True if the two give every number without a decimal point that both can read the same value in
+/// their units.
+bool are_scaled_alike(const NumberFormat& a, const NumberFormat& b);
+
+/// A number format as far as one source states it: a line of the program, the control's last
+/// setting, the operator.
 struct PartialFormat {
   std::optional<LengthUnit> unit;
   std::optional<Zeros> zeros;
@@ -57,10 +56,6 @@ struct PartialFormat {
   std::string from;                           ///< its source, for people
 
   bool is_empty() const { return !unit && !zeros && !digits; }
-  /// Parts that are missing here, as another one has them; without a unit in common, digits are
-  /// not.
-  void fill_from(const PartialFormat& other);
-  void apply_to(NumberFormat& format) const;
 };
 
 /// Reads `inch,tz,2.4`: a unit (inch, metric, mm), kept zeros (lz, tz) and digits before and behind
@@ -87,6 +82,16 @@ struct ParsedLength {
 /// overrides the format's zeros and digit counts. Zeros to the left of a number that counts from
 /// the right may exceed the digits, if these are stated.
 ParsedLength parse_length(std::string_view text, const NumberFormat& format);
+
+/// True for a number without a decimal point that has more digits than the format. Where
+/// parse_length() reads it, the digits beyond the format's are zeros.
+bool has_extra_digits(std::string_view number, const NumberFormat& format);
+
+/// True for a number whose value depends on the zeros and digits of the format: one without a
+/// decimal point, and not 0.
+bool is_bare(std::string_view number);
+/// True for a text of several numbers, one of which is.
+bool has_bare_number(std::string_view text);
 
 /// Digits of an unsigned whole number below 10^9; empty for anything else.
 std::optional<int> parse_count(std::string_view text);

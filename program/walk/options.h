@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/base/diagnostic.h"
 #include "calib/base/machine_uncertainty.h"
 #include "calib/correction/table_correction.h"
 #include "calib/correction/tolerance.h"
@@ -19,9 +20,20 @@
 #include "program/model/operation.h"
 #include "program/text/number_format.h"
 #include "program/walk/control_settings.h"
+#include "program/walk/reading_terms.h"
 #include <Eigen/Core>
 
 namespace panelcal {
+
+/// nc_param.txt beside a program (Allegro PCB Editor).
+struct FormatBeside {
+  PartialFormat format;
+  std::string file;                 ///< empty: there is none
+  std::optional<Diagnostic> fault;  ///< it cannot be read, and states nothing
+  /// COORDINATES INCREMENTAL: refuses a program that needs the file, and states neither that its
+  /// coordinates are steps nor that they are not.
+  std::optional<Diagnostic> steps;
+};
 
 /// The machine's settings of how a program is read.
 struct ReadOptions {
@@ -35,16 +47,15 @@ struct ReadOptions {
   bool accepts_unterminated = false;
   /// --format: what the program says otherwise is not obeyed.
   PartialFormat forced_format;
-  PartialFormat format_beside;  ///< of nc_param.txt beside the program, where it says nothing
-  PartialFormat last_format;    ///< [program]: the control's last setting, where neither does
+  FormatBeside format_beside;  ///< for parts that the program does not state
+  PartialFormat last_format;   ///< [program], the control's last setting: for the others
   /// [program] rates: of a SIEB & MEYER program in inch, whose manual has their unit in mm alone.
   std::optional<RateUnit> inch_rates;
   /// Sides of the machine's travel, in mm: no coordinates of a program spread farther.
   std::optional<Eigen::Vector2d> travel_mm;
   std::string operator_id;  ///< OPID: what an asterisk in a canned text stands for
 
-  /// The format of a program as far as it states none.
-  PartialFormat unstated_format() const;
+  void take(const ReadingTerms& terms);
 };
 
 /// Scales drilled holes about a point, in work coordinates, while M60 is in force.

@@ -7,10 +7,9 @@ bool Program::deletes_blocks() const {
   return head->block_delete.value_or(reading.block_delete.value_or(false));
 }
 
-PartialFormat ReadOptions::unstated_format() const {
-  PartialFormat format = format_beside;
-  format.fill_from(last_format);
-  return format;
+void ReadOptions::take(const ReadingTerms& terms) {
+  accepts_unterminated = terms.accepts_unterminated;
+  forced_format = terms.format;
 }
 
 }  // namespace panelcal

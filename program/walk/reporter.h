@@ -64,6 +64,19 @@ class Reporter {
     }
   }
 
+  /// Warns of a number with zeros beyond the digits of its format, which parse_length reads.
+  void report_padded(std::string_view word,
+                     int line,
+                     int column,
+                     const NumberFormat& format) const {
+    const int digits = format.integer_digits + format.decimal_digits;
+    report(Code::NotationAccepted,
+           line,
+           column,
+           quoted(word) + " has zeros beyond " + format.summary(),
+           "at most " + std::to_string(digits) + " digits");
+  }
+
   /// Reports a text that stops before its end, where `expected` should stand.
   void report_end_missing(std::string_view text, std::string expected) const {
     const SourceLine last = last_line(text);

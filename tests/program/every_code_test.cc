@@ -53,8 +53,7 @@ class Collector {
            ProbeSource& probes,
            ReadOptions reading = {}) {
     DiagnosticLog log;
-    if (text.find("%%") == std::string::npos)
-      reading.last_format.fill_from(test::last_set_to_inch());
+    if (text.find("%%") == std::string::npos) reading.last_format = test::last_set_to_inch();
     see_program(load_program({"p.exc", text}, log, reading), log, options, probes);
   }
 

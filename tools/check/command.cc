@@ -35,10 +35,11 @@ std::string reading(const Program& program) {
                        layout.format_evidence);
   }
   const excellon::Header& header = excellon::header_of(program);
+  const std::string evidence = header.format_evidence();
   return fmt::format("Excellon{}, {} ({})",
                      header.set == excellon::ProgramSet::FormatOne ? " Format One" : "",
                      program.number_summary(),
-                     header.format_evidence.empty() ? "not stated" : header.format_evidence);
+                     evidence.empty() ? "not stated" : evidence);
 }
 
 /// What passes by on the way over a perfect panel.
@@ -125,8 +126,7 @@ ExitCode run_command(const CheckOptions& options, CommandContext& context) {
                            .clock = options.clock,
                            .now = now,
                            .max_operations = options.max_operations,
-                           .accepts_unterminated = options.accepts_unterminated,
-                           .format = options.number_format,
+                           .reading = options.reading,
                            .command = "panelcal check"};
   if (const auto set = set_walk_terms(terms, config); !set) return fail(set.error());
   if (!options.machine.empty()) {

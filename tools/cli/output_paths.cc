@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "machine/files/machine_files.h"
-#include "program/excellon/text/nc_param.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -160,13 +159,9 @@ Expected<void> check_outputs(const Options& options, const FileRegister& files) 
 }
 
 Expected<void> check_patterns(const Options& options, const Program& program, FileRegister& files) {
-  const std::filesystem::path beside =
-      std::filesystem::path(program.source.file).parent_path() / excellon::kNcParamName;
-  if (std::error_code error; std::filesystem::exists(beside, error)) {
-    files.add(beside.string(), "the number format of the drill files beside it");
-  } else if (program.patterns.empty()) {
-    return {};
-  }
+  const std::string& beside = program.reading.format_beside.file;
+  if (beside.empty() && program.patterns.empty()) return {};
+  if (!beside.empty()) files.add(beside, "the number format of the drill files beside it");
   for (const auto& [name, text] : program.patterns) files.add(text.file, "a stored pattern");
   return check_outputs(options, files);
 }

@@ -30,7 +30,8 @@ Expected<void> check_output(const Options& options,
                             const FileRegister& files,
                             const std::filesystem::path& output);
 
-/// The same once a program is read: the stored patterns that it names are files in use too.
+/// The same once a program is read: the stored patterns that it names are files in use too, and so
+/// is nc_param.txt beside it.
 Expected<void> check_patterns(const Options& options, const Program& program, FileRegister& files);
 
 }  // namespace panelcal

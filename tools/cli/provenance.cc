@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/cli/provenance.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <system_error>
 #include <utility>
@@ -28,12 +29,14 @@ Provenance provenance_of(const Options& options,
   Provenance provenance = {{"made by", std::string("panelcal ") + kVersion},
                            {"command line", command_line},
                            {"sha256 " + program.source.file, sha256(program.source.bytes)}};
-  for (const std::string& file : files) {
-    if (file.empty()) continue;
+  const auto add = [&](const std::string& file) {
+    if (file.empty()) return;
     if (const auto bytes = read_file(file)) {
       provenance.emplace_back("sha256 " + file, sha256(*bytes));
     }
-  }
+  };
+  add(program.head->format_file);
+  std::ranges::for_each(files, add);
   return provenance;
 }
 

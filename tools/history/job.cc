@@ -70,8 +70,7 @@ class JobRun {
                                    .clock = options_.clock,
                                    .now = system_clock()(),
                                    .max_operations = options_.max_operations,
-                                   .accepts_unterminated = options_.accepts_unterminated,
-                                   .format = options_.number_format,
+                                   .reading = options_.reading,
                                    .ages_offset = false,
                                    .command = "panelcal history"},
                                   config_));

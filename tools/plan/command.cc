@@ -101,8 +101,7 @@ class PlanRun {
                              .clock = options_.clock,
                              .now = system_clock()(),
                              .max_operations = options_.max_operations,
-                             .accepts_unterminated = options_.accepts_unterminated,
-                             .format = options_.number_format,
+                             .reading = options_.reading,
                              .command = "panelcal plan"};
     return take(check_spindle_is_calibrated(config_)) &&
            take(set_walk_terms(terms, config_), time_);

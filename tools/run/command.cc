@@ -129,8 +129,7 @@ class RunCommand {
       PANELCAL_TRY(StoredZones stored, read_zoned_map_file(options_.surface));
       surface = std::make_shared<const ZonedMap>(std::move(stored.map));
     }
-    machine_.reading.accepts_unterminated = options_.accepts_unterminated;
-    machine_.reading.forced_format = options_.number_format;
+    machine_.reading.take(options_.reading);
     PANELCAL_TRY(job_, read_job(options_.program, machine_, now));
     PANELCAL_CHECK(check_patterns(context_.options, job_.program, context_.files));
     job_.clock = options_.clock;

@@ -52,8 +52,7 @@ ExitCode run_command(const SurveyOptions& options, CommandContext& context) {
                            .clock = options.clock,
                            .now = system_clock()(),
                            .max_operations = options.max_operations,
-                           .accepts_unterminated = options.accepts_unterminated,
-                           .format = options.number_format,
+                           .reading = options.reading,
                            .ages_offset = false,
                            .command = "panelcal survey"};
   if (const auto set = set_walk_terms(terms, *config); !set) return fail(set.error());

@@ -48,8 +48,7 @@ ExitCode run_command(const SynthOptions& options, CommandContext& context) {
     return exit_code(config.error());
   }
   if (options.tool) return run_samples(options, *config, context);
-  config->reading.accepts_unterminated = options.accepts_unterminated;
-  config->reading.forced_format = options.number_format;
+  config->reading.take(options.reading);
   DiagnosticLog log;
   const auto checked = read_and_check(options.program, config->reading, config->walk, log);
   context.console.print(log);

@@ -98,8 +98,7 @@ class Translation {
                              .clock = options_.clock,
                              .now = system_clock()(),
                              .max_operations = options_.max_operations,
-                             .accepts_unterminated = options_.accepts_unterminated,
-                             .format = options_.number_format,
+                             .reading = options_.reading,
                              .ages_offset = false,
                              .command = "panelcal translate"};
     std::string time;

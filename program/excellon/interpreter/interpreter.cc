@@ -48,16 +48,14 @@ Interpreter::Interpreter(const Program& program,
       set_(header_.set),
       deletes_blocks_(program.deletes_blocks()),
       cursor_(text_, header_.body),
-      format_(header_.format),
-      plain_(format_),
+      stated_(header_.stated),
+      plain_(header_.format()),
       axes_(excellon_placement(program.axis_version())),
       frame_(axes_),
       body_rules_(header_.body_rules),
-      has_dimension_(header_.has_dimension),
-      states_zeros_(header_.states_zeros) {
+      has_dimension_(header_.has_dimension) {
   modal_.incremental = header_.incremental;
   modal_.text_offset = header_.text_offset;
-  states_unit_ = header_.states_format;
   place_.placement = frame_;
   place_.is_scaled = options.scaling && options.scaling->starts_enabled;
   const auto correction = header_.zero_correction;
@@ -132,7 +130,7 @@ void Interpreter::run_line(const SourceLine& line) {
     case LineKind::KeyboardOrder:
       has_dimension_ |= has_vision_length(line.text);
       vision_.keyboard_order(line,
-                             format_,
+                             format(),
                              {.line = line.number,
                               .file = std::string(place_.pattern.path),
                               .file_sha256 = std::string(place_.pattern.sha256),
@@ -270,22 +268,26 @@ std::optional<std::size_t> Interpreter::second_block(const Block& block) const {
   return ends && is_place(0, n - 1) ? std::optional(n - 1) : std::nullopt;
 }
 
-/// A comment that states other digits than those in force: two files may have been joined. Digits
-/// that METRIC states rule over comments.
+/// A comment that states another format than the one in force: two files may have been joined.
+/// Digits that METRIC states rule over comments.
 void Interpreter::check_comment(const SourceLine& line) {
-  const CommentFormat stated = read_comment_format(line.text);
-  const PartialFormat& forced = program_.reading.forced_format;
-  const bool is_other_unit = stated.unit && !forced.unit && *stated.unit != format_.unit;
-  const bool is_other_zeros = stated.zeros && !forced.zeros && *stated.zeros != format_.zeros;
-  const bool rules_over_digits = forced.digits || (format_.states_digits && !header_.states_digits);
-  const bool is_other_digits =
-      stated.digits && !rules_over_digits &&
-      *stated.digits != std::pair(format_.integer_digits, format_.decimal_digits);
+  using Source = StatedFormat::Source;
+  const CommentFormat comment = read_comment_format(line.text);
+  const PartialFormat statement{comment.unit, comment.zeros, comment.digits, ""};
+  if (statement.is_empty()) return;
+  check_obeyed(stated_, statement, line.text, line.number, line.column, reporter_);
+  const PartialFormat parts = stated_.obeyed(Source::Comment, statement);
+  const NumberFormat& now = format();
+  const bool has_digits_of_word = stated_.source_of_digits() == Source::Word;
+  const bool is_other_digits = parts.digits && !has_digits_of_word &&
+                               *parts.digits != std::pair(now.integer_digits, now.decimal_digits);
+  const bool is_other_unit = parts.unit && *parts.unit != now.unit;
+  const bool is_other_zeros = parts.zeros && *parts.zeros != now.zeros;
   if (!is_other_unit && !is_other_zeros && !is_other_digits) return;
   reporter_.report(Code::ArgumentInvalid,
                    line.number,
                    line.column,
-                   quoted(line.text) + " contradicts " + format_.summary(),
+                   quoted(line.text) + " contradicts " + now.summary(),
                    "one number format for the whole program");
 }
 

@@ -13,6 +13,7 @@
 #include "program/excellon/patterns/canned_cycles.h"
 #include "program/excellon/patterns/step_repeat.h"
 #include "program/excellon/text/header.h"
+#include "program/excellon/text/header_words.h"
 #include "program/excellon/text/lexer.h"
 #include "program/excellon/text/tools.h"
 #include "program/excellon/vision/vision.h"
@@ -164,10 +165,12 @@ class Interpreter {
   Tool known_tool(const Block& block, const ToolBlock& read);
   void rate(const Block& block);
   void set_zero(const Block& block);
-  bool is_overridden(const Block& block,
-                     std::optional<LengthUnit> unit,
-                     std::optional<Zeros> zeros);
   void set_unit(const Block& block, LengthUnit unit);
+  void unit_word(Block& block, const HeaderCommand& command);
+  void take_format(const Block& block, StatedFormat stated);
+  void report_contradiction(const Block& block);
+  void report_outside(Code code, const Block& block);
+  OptionAgain compare_with_header(const Block& block, const HeaderCommand& command);
   bool is_late_unit(LengthUnit unit) const;
   void pass_on_setting(const Block& block);
   void header_word(const SourceLine& line);
@@ -221,6 +224,8 @@ class Interpreter {
   void refuse_cycle(const Block& block, const Word& word, const std::string& why);
 
   // helpers, blocks.cc
+  /// Of the numbers that stand here.
+  const NumberFormat& format() const { return stated_.format(); }
   bool is_alone(const Block& block, std::size_t n_words = 1);
   std::optional<Command> command(const Word& word) const { return command_of(word, set_); }
   bool read_words(const Block& block,
@@ -253,8 +258,8 @@ class Interpreter {
   ProgramSet set_;
   bool deletes_blocks_;
   LineCursor cursor_;
-  NumberFormat format_;
-  PlainReader plain_;
+  StatedFormat stated_;  ///< by the body as well, as far as it is read
+  PlainReader plain_;    ///< in the format of `stated_`, see take_format()
   Modal modal_;
   const Placement axes_;  ///< axis version
   Placement frame_;       ///< of what is not inside a section: axis version, and a pattern's zero
@@ -280,13 +285,11 @@ class Interpreter {
   bool in_stored_pattern_ = false;
   std::size_t pattern_depth_ = 0;  ///< step and repeat levels around the stored pattern
   bool has_motion_ = false;
-  bool states_unit_ = false;  ///< in the header, or by M71 or M72
   bool warned_slash_ = false;
   bool warned_split_ = false;   ///< two blocks in a line
   bool warned_feed_ = false;    ///< of a pattern's copies
   bool warned_count_ = false;   ///< offsets counted anew without a bare M02
   bool warned_padded_ = false;  ///< zeros beyond the format's digits
-  bool states_zeros_;           ///< in the header, or by INCH or METRIC in the body
   bool reported_no_tool_ = false;
   int line_of_open_count_ = 0;  ///< see RepeatSection
   bool ended_ = false;          ///< nothing more is executed

@@ -44,7 +44,7 @@ std::optional<CommentFormat> read_braces(std::string_view comment) {
   if (says("suppress leading") != says("suppress trailing")) {
     out.zeros = says("suppress leading") ? Zeros::TrailingKept : Zeros::LeadingKept;
   }
-  out.is_incremental = says("incremental");
+  if (says("absolute") != says("incremental")) out.is_incremental = says("incremental");
   return out;
 }
 
@@ -75,9 +75,9 @@ std::optional<CommentFormat> read_parts(std::string_view comment) {
       out.unit = LengthUnit::Inch;
     } else if (says("LEADING") != says("TRAILING")) {
       out.zeros = says("LEADING") ? Zeros::TrailingKept : Zeros::LeadingKept;
-    } else if (part == "INCREMENTAL") {
-      out.is_incremental = true;
-    } else if (part != "ABSOLUTE" && part != "NONE") {
+    } else if (part == "ABSOLUTE" || part == "INCREMENTAL") {
+      out.is_incremental = part == "INCREMENTAL";
+    } else if (part != "NONE") {
       unknown = part;
     }
     if (slash == std::string_view::npos) break;

@@ -15,7 +15,7 @@ struct CommentFormat {
   std::optional<std::pair<int, int>> digits;  ///< before and behind the point
   std::optional<LengthUnit> unit;
   std::optional<Zeros> zeros;
-  bool is_incremental = false;
+  std::optional<bool> is_incremental;
   std::string unknown;  ///< a part that says nothing known, of a comment that states digits
 
   static constexpr const char* kExpected =

@@ -5,10 +5,13 @@
 #include <array>
 #include <bit>
 #include <optional>
+#include <span>
+#include <utility>
 #include <vector>
 
-#include "program/excellon/text/body_unit.h"
 #include "program/excellon/text/number_census.h"
+#include "program/excellon/text/stated_format.h"
+#include "program/walk/reporter.h"
 #include <fmt/format.h>
 
 namespace panelcal::excellon {
@@ -23,6 +26,10 @@ constexpr int kTellingZeros = 2;
 
 constexpr std::string_view kRemedy =
     "INCH or METRIC with LZ or TZ in the header, --format, or [program] units and zeros";
+
+/// Digits that a control can be set to (CNC-7 manual, Inch vs. Metric), the usual ones first.
+constexpr std::array kMetricDigits = {std::pair(3, 3), std::pair(4, 2), std::pair(3, 2)};
+constexpr std::array kInchDigits = {std::pair(2, 4)};
 
 /// A format the program may be in; why not, if it cannot.
 struct Reading {
@@ -114,158 +121,237 @@ std::string against(const NumberCensus& census,
 
 bool are_alike(const NumberCensus& census, const NumberFormat& a, const NumberFormat& b) {
   if (a.unit != b.unit && census.has_other_lengths) return false;
-  if (a.zeros != b.zeros && census.has_other_bare_lengths) return false;
+  if (!are_scaled_alike(a, b) && census.has_other_bare_lengths) return false;
   return std::ranges::all_of(
       std::array{&census.x, &census.y, &census.diameters},
       [&](const WrittenNumbers* numbers) { return numbers->mean_the_same_in(a, b); });
 }
 
-/// What the program itself states, in its header or its body.
-struct Known {
-  std::optional<LengthUnit> unit;
-  std::optional<Zeros> zeros;
-  /// Only the body states the unit, here, behind numbers of the header.
-  std::optional<BodyUnit> late;
-};
-
-Known known_of(std::string_view program, const Header& draft, const FormatStart& start) {
-  Known known;
-  if (draft.states_format || start.knows_unit) known.unit = draft.format.unit;
-  if (draft.states_zeros || start.knows_zeros) known.zeros = draft.format.zeros;
-  if (draft.states_format && known.zeros) return known;
-  const auto body = find_body_unit(LineCursor(program, draft.body), draft.set);
-  if (!body) return known;
-  if (!draft.states_format) known.unit = body->unit;
-  if (!known.zeros) known.zeros = body->zeros;
-  if (!draft.states_format && draft.has_dimension) known.late = body;
-  return known;
-}
-
-NumberFormat with_unit(const Header& draft, LengthUnit unit, const ReadOptions& reading) {
-  NumberFormat format = draft.format;
-  if (unit == format.unit) return format;
-  format.unit = unit;
-  if (draft.states_digits) return format;
-  format.states_digits = false;
-  format.take_digits(reading.unstated_format());
-  return format;
-}
-
-/// In the order in which they are preferred where they mean the same: as the manual has it.
-std::vector<Reading> readings_of(const Known& known,
-                                 const Header& draft,
-                                 const ReadOptions& reading) {
+/// The formats of the control that agree with what is stated, in the order in which they are
+/// preferred where they mean the same: as the manual has it. A unit that is stated without digits
+/// has its usual ones.
+std::vector<Reading> readings_of(const StatedFormat& stated) {
   std::vector<Reading> readings;
+  const auto add = [&](LengthUnit unit, Zeros zeros, std::pair<int, int> digits) {
+    StatedFormat trial = stated;
+    trial.add(StatedFormat::Source::Numbers, {unit, zeros, digits, ""});
+    const NumberFormat& format = trial.format();
+    if (format.unit != unit || format.zeros != zeros) return;
+    if (std::ranges::find(readings, format, &Reading::format) != readings.end()) return;
+    readings.push_back({format, ""});
+  };
   for (const LengthUnit unit : {LengthUnit::Inch, LengthUnit::Millimeter}) {
-    if (known.unit.value_or(unit) != unit) continue;
-    for (const Zeros zeros : {Zeros::LeadingKept, Zeros::TrailingKept}) {
-      if (known.zeros.value_or(zeros) != zeros) continue;
-      readings.push_back({with_unit(draft, unit, reading), ""});
-      readings.back().format.zeros = zeros;
+    std::span<const std::pair<int, int>> digits = kMetricDigits;
+    if (unit == LengthUnit::Inch) digits = kInchDigits;
+    if (stated.knows_unit()) digits = digits.first(1);
+    for (const auto& one : digits) {
+      for (const Zeros zeros : {Zeros::LeadingKept, Zeros::TrailingKept}) add(unit, zeros, one);
     }
   }
   return readings;
 }
 
-/// A unit that only the body states is the header's too, if no drill has these diameters in the
-/// other one.
-std::optional<NumberFormat> late_format(const NumberCensus& census,
-                                        const Header& draft,
-                                        const BodyUnit& late,
-                                        const ReadOptions& reading,
-                                        const Reporter& reporter) {
-  const bool is_inch = late.unit == LengthUnit::Inch;
-  const NumberFormat stated = with_unit(draft, late.unit, reading);
-  const NumberFormat other =
-      with_unit(draft, is_inch ? LengthUnit::Millimeter : LengthUnit::Inch, reading);
-  const std::string reason = against_diameters(census.diameters, other);
-  if (reason.empty() || !against_diameters(census.diameters, stated).empty()) return std::nullopt;
-  reporter.report(Code::FormatAssumed,
-                  late.line,
-                  1,
-                  fmt::format("{} holds for the tools before it; in {}, {}",
-                              quoted(late.text),
-                              other.summary(),
-                              reason),
-                  std::string(kRemedy));
-  return stated;
-}
+class FormatChooser {
+ public:
+  FormatChooser(const DraftedProgram& program, DiagnosticLog& log)
+      : program_(program),
+        header_(program.header),
+        stated_(header_.whole),
+        log_(log),
+        reporter_(program.file, log),
+        rules_{header_.set,
+               header_.block_delete.value_or(program.reading.block_delete.value_or(false))} {}
+
+  FormatChoice choose() {
+    const bool is_late = header_.has_dimension && !header_.stated.knows_unit() &&
+                         stated_.source_of_unit() == StatedFormat::Source::Word;
+    const Diagnostic* const trouble = trouble_beside();
+    const bool is_known = stated_.knows_unit() && stated_.knows_zeros() && !is_late;
+    if (is_known && (stated_.states_all() || (trouble == nullptr && !has_foreign_digits()))) {
+      return {};
+    }
+    read_texts();
+    if (!is_late && !bare_ &&
+        (stated_.states_unit() || (trouble == nullptr && stated_.knows_unit()))) {
+      return {};
+    }
+    if (trouble != nullptr && needs_file()) return refuse(*trouble);
+    if (!is_known) {
+      take_whole_census();
+      if (is_late) take_late_unit();
+      leave_out_diameters_of_another_unit();
+      if (!choose_reading()) return choice_;
+      stated_.add(StatedFormat::Source::Numbers, choice_.numbers);
+    }
+    if (has_foreign_digits() && bare_) warn_of_digits();
+    return choice_;
+  }
+
+ private:
+  /// What is wrong with a file beside the program, should it be needed; null: nothing.
+  const Diagnostic* trouble_beside() const {
+    const FormatBeside& beside = program_.reading.format_beside;
+    if (beside.fault) return &*beside.fault;
+    const bool states_steps = header_.states_incremental || program_.body.states_steps;
+    return beside.steps && !states_steps ? &*beside.steps : nullptr;
+  }
+
+  /// True where a number has another value if the file states what the program does not.
+  bool needs_file() {
+    if (stated_.states_unit()) return bare_.has_value();
+    take_whole_census();
+    return !are_alike(census_, {.unit = LengthUnit::Inch}, {.unit = LengthUnit::Millimeter});
+  }
+
+  FormatChoice refuse(const Diagnostic& trouble) {
+    log_.add(trouble);
+    choice_.is_open = true;
+    return choice_;
+  }
+
+  /// The unit is stated without its digits, and elsewhere digits that give numbers other values.
+  bool has_foreign_digits() const {
+    NumberFormat usual = stated_.format();
+    usual.take_usual_digits();
+    return stated_.states_unit() && stated_.knows_digits() && !stated_.states_digits() &&
+           !are_scaled_alike(stated_.format(), usual);
+  }
+
+  /// The program and the patterns that it calls.
+  void read_texts() {
+    if (program_.read_patterns) patterns_ = program_.read_patterns(program_.text);
+    texts_.assign(patterns_.begin(), patterns_.end());
+    texts_.insert(texts_.begin(), program_.text);
+    bare_ = find_bare_number(program_.text, rules_);
+    for (std::size_t i = 1; i < texts_.size() && !bare_; ++i) {
+      bare_ = find_bare_number(texts_[i], rules_);
+      if (bare_) bare_->line = bare_->column = 0;  // a line of another file
+    }
+  }
+
+  void take_whole_census() {
+    if (std::exchange(has_census_, true)) return;
+    for (const std::string_view text : texts_) take_census(text, rules_, census_);
+    census_.is_incremental |= header_.incremental;
+  }
+
+  /// A unit that only the body states is the header's too, if no drill has these diameters in the
+  /// other one.
+  void take_late_unit() {
+    const LengthUnit unit = stated_.format().unit;
+    StatedFormat other = header_.stated;
+    other.add(StatedFormat::Source::Word,
+              {.unit = unit == LengthUnit::Inch ? LengthUnit::Millimeter : LengthUnit::Inch});
+    const std::string reason = against_diameters(census_.diameters, other.format());
+    if (reason.empty() || !against_diameters(census_.diameters, stated_.format()).empty()) return;
+    choice_.numbers.unit = unit;
+    const BodyUnit& said = *std::ranges::find_if(
+        program_.body.units, [&](const BodyUnit& of) { return of.format.unit == unit; });
+    reporter_.report(Code::FormatAssumed,
+                     said.line,
+                     1,
+                     fmt::format("{} holds for the tools before it; in {}, {}",
+                                 quoted(said.text),
+                                 other.format().summary(),
+                                 reason),
+                     std::string(kRemedy));
+  }
+
+  /// Where INCH or METRIC of the header and M71 or M72 of the body differ, tools are in another
+  /// unit than coordinates, and are no evidence of what these mean.
+  void leave_out_diameters_of_another_unit() {
+    const StatedFormat& header = header_.stated;
+    if (!header.states_unit() || header.format().unit == stated_.format().unit) return;
+    census_.has_other_bare_lengths |= census_.diameters.lengths() != 0;
+    census_.diameters = {};
+  }
+
+  /// False: the program is not to be executed, and the log says why.
+  bool choose_reading() {
+    std::vector<Reading> readings = readings_of(stated_);
+    const auto differs_from = [&](const Reading& one) {
+      return [&](const Reading& two) { return !are_alike(census_, one.format, two.format); };
+    };
+    if (std::ranges::none_of(readings, differs_from(readings.front()))) return true;
+    for (Reading& one : readings) {
+      one.against = against(census_, one.format, program_.reading.travel_mm);
+    }
+    // Those that are possible first, each kind in the order of preference.
+    std::ranges::stable_partition(readings, &std::string::empty, &Reading::against);
+    const Reading& best = readings.front();
+    const Reading& other = *std::ranges::find_if(readings, differs_from(best));
+    if (best.against.empty() && !other.against.empty()) {
+      take(best, other);
+      return true;
+    }
+    report(Code::FormatAmbiguous, fmt::format("is {} or {}", text_of(best), text_of(other)));
+    // Lines that are no blocks, and numbers that no format has, are named as well where they stand.
+    const auto fits = [&](const Reading& one) { return fit(census_, one.format); };
+    choice_.is_open = !census_.has_faults && std::ranges::any_of(readings, fits);
+    return false;
+  }
+
+  void take(const Reading& best, const Reading& other) {
+    PartialFormat& numbers = choice_.numbers;
+    numbers.zeros = best.format.zeros;
+    if (!stated_.knows_unit()) {
+      numbers.unit = best.format.unit;
+      numbers.digits.emplace(best.format.integer_digits, best.format.decimal_digits);
+    }
+    const std::string reason = fmt::format("in {}, {}", other.format.summary(), other.against);
+    numbers.from = "not stated: " + reason;
+    report(Code::FormatAssumed, fmt::format("is read as {}; {}", best.format.summary(), reason));
+  }
+
+  /// The manual has a control take the digits that were selected last; the program may have been
+  /// written for others.
+  void warn_of_digits() const {
+    const NumberFormat& format = stated_.format();
+    NumberFormat usual = format;
+    usual.take_usual_digits();
+    reporter_.report(Code::FormatAssumed,
+                     bare_->line,
+                     bare_->column,
+                     fmt::format("{} is read as {} ({}); the usual digits are {}",
+                                 quoted(bare_->text),
+                                 format.summary(),
+                                 stated_.evidence_of_digits(),
+                                 usual.summary()),
+                     "digits behind INCH or METRIC, such as METRIC,TZ,000.000, or --format");
+  }
+
+  std::string text_of(const Reading& one) const {
+    const std::string reason = one.against.empty() ? "" : ", but " + one.against;
+    return fmt::format("{} ({}{})", one.format.summary(), spread(census_, one.format), reason);
+  }
+
+  /// At the program's first number.
+  void report(Code code, const std::string& what) const {
+    reporter_.report(code,
+                     census_.first.line,
+                     census_.first.column,
+                     quoted(census_.first.text) + " " + what,
+                     std::string(kRemedy));
+  }
+
+  const DraftedProgram& program_;
+  const Header& header_;
+  StatedFormat stated_;  ///< by the body and by the numbers as well
+  DiagnosticLog& log_;
+  Reporter reporter_;
+  LineRules rules_;
+  std::vector<std::string> patterns_;
+  std::vector<std::string_view> texts_;  ///< the program and its patterns
+  std::optional<NumberPlace> bare_;
+  NumberCensus census_;
+  bool has_census_ = false;
+  FormatChoice choice_;
+};
 
 }  // namespace
 
-FormatStart stated_start(const ReadOptions& reading) {
-  PartialFormat stated = reading.forced_format;
-  stated.fill_from(reading.unstated_format());
-  FormatStart start;
-  stated.apply_to(start.format);
-  start.knows_unit = stated.unit.has_value();
-  start.knows_zeros = stated.zeros.has_value();
-  start.evidence = stated.from;
-  return start;
-}
-
-std::optional<FormatStart> choose_format(std::string_view program,
-                                         const PatternTexts& read_patterns,
-                                         const Header& draft,
-                                         FormatStart start,
-                                         const ReadOptions& reading,
-                                         const Reporter& reporter) {
-  const Known known = known_of(program, draft, start);
-  if (known.unit && known.zeros && !known.late) return std::nullopt;
-  std::vector<std::string> patterns;
-  if (read_patterns) patterns = read_patterns(program);
-  std::vector<std::string_view> texts(patterns.begin(), patterns.end());
-  texts.insert(texts.begin(), program);
-  const LineRules rules{draft.set,
-                        draft.block_delete.value_or(reading.block_delete.value_or(false))};
-  const auto has_bare = [&](std::string_view text) { return has_bare_number(text, rules); };
-  if (known.unit && !known.late && std::ranges::none_of(texts, has_bare)) return std::nullopt;
-  NumberCensus census;
-  for (const std::string_view text : texts) take_census(text, rules, census);
-  census.is_incremental |= draft.incremental;
-  if (known.late) {
-    if (const auto format = late_format(census, draft, *known.late, reading, reporter)) {
-      start.format = *format;
-    }
-  }
-  std::vector<Reading> readings = readings_of(known, draft, reading);
-  const auto differs_from = [&](const Reading& one) {
-    return [&](const Reading& two) { return !are_alike(census, one.format, two.format); };
-  };
-  if (std::ranges::none_of(readings, differs_from(readings.front()))) return start;
-  for (Reading& one : readings) one.against = against(census, one.format, reading.travel_mm);
-  // Those that are possible first, each kind in the order of preference.
-  std::ranges::stable_partition(readings, &std::string::empty, &Reading::against);
-  const Reading& best = readings.front();
-  const Reading& other = *std::ranges::find_if(readings, differs_from(best));
-  if (best.against.empty() && !other.against.empty()) {
-    start.format.zeros = best.format.zeros;
-    if (!known.unit) start.format = best.format;
-    start.assumed = fmt::format("not stated: in {}, {}", other.format.summary(), other.against);
-    reporter.report(Code::FormatAssumed,
-                    census.first_line,
-                    census.first_column,
-                    fmt::format("{} is read as {}; in {}, {}",
-                                quoted(census.first),
-                                best.format.summary(),
-                                other.format.summary(),
-                                other.against),
-                    std::string(kRemedy));
-    return start;
-  }
-  const auto text = [&](const Reading& one) {
-    const std::string reason = one.against.empty() ? "" : ", but " + one.against;
-    return fmt::format("{} ({}{})", one.format.summary(), spread(census, one.format), reason);
-  };
-  reporter.report(Code::FormatAmbiguous,
-                  census.first_line,
-                  census.first_column,
-                  fmt::format("{} is {} or {}", quoted(census.first), text(best), text(other)),
-                  std::string(kRemedy));
-  // Lines that are no blocks, and numbers that no format has, are named as well where they stand.
-  const auto fits = [&](const Reading& one) { return fit(census, one.format); };
-  start.is_open = !census.has_faults && std::ranges::any_of(readings, fits);
-  return start;
+FormatChoice choose_format(const DraftedProgram& program, DiagnosticLog& log) {
+  return FormatChooser(program, log).choose();
 }
 
 }  // namespace panelcal::excellon

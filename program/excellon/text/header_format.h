@@ -1,59 +1,55 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <optional>
 #include <string>
 #include <string_view>
-#include <utility>
+#include <vector>
 
-#include "program/excellon/text/format_choice.h"
 #include "program/excellon/text/header.h"
 #include "program/excellon/text/header_words.h"
 #include "program/text/number_format.h"
-#include "program/text/source_text.h"
-#include "program/walk/options.h"
 #include "program/walk/reporter.h"
 
 namespace panelcal::excellon {
 
-/// The number format of a header while it is read: what its lines and comments state, in which
-/// order they rule over each other, and what rules over them all.
+/// The remedy for a statement behind the numbers that it is about.
+inline constexpr std::string_view kFormatFirst =
+    "INCH or METRIC, with LZ or TZ, before all dimensions";
+
+/// The number format of a header while it is read: takes what its lines and comments state.
 class HeaderFormat {
  public:
-  /// All of them must outlive it.
-  HeaderFormat(Header& header,
-               const Reporter& reporter,
-               const FormatStart& start,
-               const ReadOptions& reading);
+  /// In     outside: what is stated outside of the program
+  ///        header, reporter: must outlive it, and so must all texts
+  HeaderFormat(Header& header, const StatedFormat& outside, const Reporter& reporter);
 
   /// INCH or METRIC with LZ, TZ and digits behind the comma.
-  void read_unit(int line, int column, HeaderCommand command);
-  /// CAM systems say in comments what their header does not. INCH and METRIC with LZ, TZ and digits
-  /// rule over a comment.
+  ///
+  /// In     text: as written, M71 or M72 for the unit alone
+  void read_unit(int line, int column, std::string_view text, const HeaderCommand& command);
+  /// CAM systems say in comments what their header does not.
   void read_comment(int line, std::string_view text);
-  /// Looks for a unit that only the body states; to be called behind the whole header.
-  void read_body(LineCursor body);
+  /// Refuses comments that contradict each other in a part that comments decide. A comment on
+  /// numbers of another unit than INCH or METRIC has means nothing, wherever it stands.
+  void check_comments() const;
 
  private:
-  void take_unit(int line, LengthUnit unit, std::string_view comment);
-  void take_digits(int line, const std::pair<int, int>& digits, std::string_view comment);
-  void take_options(int line, int column, std::string_view options, bool is_late);
-  void impose(int line, int column, std::string_view text);
-  void add_evidence_of_start();
-  void report_late(int line, int column, const std::string& what, std::string_view stated);
-  void invalid(int line, int column, std::string what, std::string expected);
+  using Source = StatedFormat::Source;
+  struct Comment {
+    int line = 0;
+    std::string_view text;
+    PartialFormat parts;
+  };
+
+  PartialFormat read_options(int line, int column, std::string_view options);
+  void take(Source source, int line, int column, std::string_view text, PartialFormat parts);
+  void report_late(int line, int column, std::string_view text, std::string_view stated) const;
+  void invalid(int line, int column, std::string what, std::string_view expected) const;
 
   Header& header_;
   const Reporter& reporter_;
-  const PartialFormat& forced_;  ///< --format
-  PartialFormat setting_;        ///< digits of a unit where the header states none
-  const FormatStart& start_;
-  std::optional<LengthUnit> hint_unit_;  ///< of the comment that states the digits
-  bool digits_from_hint_ = false;
-  bool has_zeros_word_ = false;
-  bool has_digit_mask_ = false;
-  bool is_overridden_ = false;
   std::string unit_word_;
+  std::vector<Comment> comments_;
 };
 
 }  // namespace panelcal::excellon

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/excellon/text/header_reader.h"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
+#include "program/excellon/text/body_start.h"
 #include "program/excellon/text/format_choice.h"
 #include "program/excellon/text/header_format.h"
 #include "program/excellon/text/lexer.h"
+#include "program/excellon/text/number_census.h"
 #include "program/excellon/text/spelling.h"
 #include "program/excellon/text/tools.h"
 #include "program/model/setting_lengths.h"
@@ -28,13 +31,13 @@ class HeaderReader {
  public:
   HeaderReader(const std::string& file,
                std::string_view bytes,
-               const FormatStart& start,
+               const StatedFormat& outside,
                const ReadOptions& reading,
                DiagnosticLog& log)
       : cursor_(bytes),
         reporter_(file, log),
-        diameter_page_(reading.diameter_page),
-        format_(header_, reporter_, start, reading) {}
+        reading_(reading),
+        format_(header_, outside, reporter_) {}
 
   Header read() {
     while (true) {
@@ -45,7 +48,7 @@ class HeaderReader {
       if (ahead == HeaderAhead::Start) read_between_marks();
     }
     find_body();
-    format_.read_body(LineCursor(cursor_.text(), header_.body));
+    format_.check_comments();
     return std::move(header_);
   }
 
@@ -88,7 +91,10 @@ class HeaderReader {
     const auto known = header_.options.find(command.word);
     if (known == header_.options.end()) return false;
     const HeaderCommand first{known->first, known->second};
-    const OptionAgain again = compare_options(first, command, header_.format, header_.states_zeros);
+    if (const auto statement = unit_statement(command)) {
+      check_obeyed(header_.stated, *statement, text, line.number, column_of(line, text), reporter_);
+    }
+    const OptionAgain again = compare_options(first, command, header_.stated);
     if (again == OptionAgain::More) return false;
     if (again == OptionAgain::Same) return true;
     invalid(line.number,
@@ -149,10 +155,12 @@ class HeaderReader {
     }
     if (text == "G90" || text == "G91") {
       header_.incremental = text == "G91";
+      header_.states_incremental = true;
       return;
     }
     if (text == "M71" || text == "M72") {
-      return format_.read_unit(line.number, column, {text == "M71" ? "METRIC" : "INCH", {}});
+      const std::string_view word = text == "M71" ? "METRIC" : "INCH";
+      return format_.read_unit(line.number, column, text, {word, {}});
     }
     const bool is_spaced = text.find_first_of(" \t") != std::string_view::npos;
     if (is_spaced && text.find(';') == std::string_view::npos && is_header_word(text)) {
@@ -209,8 +217,13 @@ class HeaderReader {
       case HeaderWordKind::Handled:
         break;
     }
-    if (word == "INCH" || word == "METRIC") return format_.read_unit(line, column, {word, value});
-    if (word == "ICI") return read_switch(line, value_column, value, header_.incremental);
+    if (word == "INCH" || word == "METRIC") {
+      return format_.read_unit(line, column, text, {word, value});
+    }
+    if (word == "ICI") {
+      header_.states_incremental = true;
+      return read_switch(line, value_column, value, header_.incremental);
+    }
     if (word == "OM48") return read_switch(line, value_column, value, header_.body_rules);
     if (word == "BLKD") {
       header_.block_delete.emplace();
@@ -222,11 +235,10 @@ class HeaderReader {
     }
     if (word == "CAN_TEXT_OFF") {
       Eigen::Vector2d offset_mm = header_.text_offset.in_mm();
-      const auto done = read_text_offset(value, header_.format, offset_mm);
+      const auto done = read_text_offset(value, header_.format(), offset_mm);
       if (!done) return invalid(line, value_column, quoted(value), done.error());
       header_.text_offset = displacement_mm<frame::Programmed>(offset_mm);
-      header_.has_dimension = true;
-      return;
+      return note_dimension(value);
     }
     if (word == "CP") return read_compensation(line, value_column, value);
     pass_on(line, text);
@@ -255,21 +267,21 @@ class HeaderReader {
                           block.arguments_column == 0;
     for (int axis = 0; axis < 2 && is_point; ++axis) {
       const Word& word = block.words[static_cast<std::size_t>(axis)];
-      const ParsedLength parsed = parse_length(word.number, header_.format);
+      const ParsedLength parsed = parse_length(word.number, header_.format());
       if (parsed.fault != NumberFault::None) {
         return reporter_.report_number(
-            parsed.fault, word.number, line, word.column + 1, header_.format);
+            parsed.fault, word.number, line, word.column + 1, header_.format());
       }
       zero_mm[axis] = parsed.value.in_mm();
     }
     if (!is_point) return invalid(line, column, quoted(value), "X#Y#");
     out = displacement_mm<frame::Programmed>(zero_mm);
-    header_.has_dimension = true;
+    note_dimension(value);
     if (&out != &header_.zero_correction) {  // the zero set is an operation of its own
       header_.zero_line = line;
       return;
     }
-    const Eigen::Vector2d written = zero_mm / header_.format.one_unit().in_mm();
+    const Eigen::Vector2d written = zero_mm / header_.format().one_unit().in_mm();
     pass_on(line, fmt::format("ZC,X{}Y{}", with_point(written.x()), with_point(written.y())));
   }
 
@@ -279,15 +291,15 @@ class HeaderReader {
     const auto index = parse_count(value.substr(0, comma));
     const ParsedLength diameter = comma == std::string_view::npos
                                       ? ParsedLength{{}, NumberFault::Malformed}
-                                      : parse_length(value.substr(comma + 1), header_.format);
+                                      : parse_length(value.substr(comma + 1), header_.format());
     if (!index || *index < 1 || *index > 99 || comma + 1 == value.size() ||
         diameter.fault != NumberFault::None) {
       return invalid(line, column, quoted(value), "CP,index,diameter with an index from 1 to 99");
     }
     header_.compensation_values[*index] = diameter.value;
-    header_.has_dimension = true;
+    note_dimension(value.substr(comma + 1));
     // With a decimal point, since outputs may have other digits.
-    const double written = diameter.value / header_.format.one_unit();
+    const double written = diameter.value / header_.format().one_unit();
     pass_on(line, fmt::format("CP,{},{}", *index, with_point(written)));
   }
 
@@ -326,9 +338,17 @@ class HeaderReader {
                        std::string(fault->expected));
       return;
     }
-    const auto tool = read_tool_block(block, {header_.format, nullptr, diameter_page_}, reporter_);
+    const auto tool =
+        read_tool_block(block, {header_.format(), nullptr, reading_.diameter_page}, reporter_);
     if (!tool) return;
+    const Word* const padded = padded_length(block, header_.format());
+    if (padded != nullptr && !std::exchange(warned_padded_, true)) {
+      reporter_.report_padded(padded->text(), line.number, padded->column, header_.format());
+    }
     header_.has_dimension |= has_dimension(tool->tool);
+    header_.has_bare_dimension |= std::ranges::any_of(block.all(), [](const Word& word) {
+      return (word.letter == 'C' || word.letter == 'Z') && is_bare(word.number);
+    });
     header_.tool_lines.emplace(tool->tool.number, line.number);
     Tool merged = tool->tool;
     Tool& known = header_.tools.try_emplace(merged.number, merged).first->second;
@@ -349,9 +369,14 @@ class HeaderReader {
     state = value != "OFF";
   }
 
+  void note_dimension(std::string_view numbers) {
+    header_.has_dimension = true;
+    header_.has_bare_dimension |= has_bare_number(numbers);
+  }
+
   /// R,T resets the tool data that came so far.
   void pass_on(int line, std::string_view text) {
-    header_.has_dimension |= has_length(text);
+    if (has_length(text)) note_dimension(lengths_of(text));
     if (text == "R,T") {
       header_.tools.clear();
       header_.tool_lines.clear();
@@ -361,12 +386,26 @@ class HeaderReader {
 
   LineCursor cursor_;
   Reporter reporter_;
-  const std::vector<Tool>& diameter_page_;
+  const ReadOptions& reading_;
   Header header_;
   HeaderFormat format_;
   int start_line_ = 0;
   bool has_read_ = false;  ///< a header, or a command of it
+  bool warned_padded_ = false;
 };
+
+/// Adds the units that the body states to those of the header. One that contradicts what stands
+/// before it is refused where it is executed.
+void add_body(const BodyStart& body, Header& header) {
+  StatedFormat& whole = header.whole;
+  whole = header.stated;
+  for (const auto& [line, text, form, format] : body.units) {
+    if (whole.is_contradicted_by(format, form)) return;
+    const bool says_unit_again = whole.states_unit() && format.unit == whole.format().unit;
+    const bool says_nothing_new = says_unit_again && (!format.zeros || whole.states_zeros());
+    if (!says_nothing_new) whole.add(StatedFormat::Source::Word, format);
+  }
+}
 
 }  // namespace
 
@@ -377,28 +416,31 @@ Header read_header(const SourceText& source,
   Spelling spelling = respell(source.bytes, Reporter(source.file, log));
   const std::string_view bytes =
       spelling.text.empty() ? source.bytes : std::string_view(spelling.text);
-  const auto read = [&](const FormatStart& start, DiagnosticLog& to) {
-    return HeaderReader(source.file, bytes, start, reading, to).read();
+  StatedFormat outside(reading);
+  const auto read = [&](DiagnosticLog& to) {
+    return HeaderReader(source.file, bytes, outside, reading, to).read();
   };
-  const FormatStart start = stated_start(reading);
   // Tool data may stand before the line that states the unit, or nothing does: the numbers say how
   // to read them, and the header is then read again.
   DiagnosticLog of_draft = log;
-  Header header = read(start, of_draft);
-  std::optional<FormatStart> chosen;
-  if (!start.knows_unit || !start.knows_zeros) {
-    chosen = choose_format(bytes,
-                           spelling.calls_patterns ? read_patterns : PatternTexts(),
-                           header,
-                           start,
-                           reading,
-                           Reporter(source.file, log));
+  Header header = read(of_draft);
+  const BodyStart body = read_body_start(LineCursor(bytes, header.body), header.set);
+  add_body(body, header);
+  const PatternTexts patterns = spelling.calls_patterns ? read_patterns : PatternTexts();
+  DiagnosticLog of_choice;
+  const FormatChoice choice =
+      choose_format({source.file, bytes, patterns, header, body, reading}, of_choice);
+  if (!choice.numbers.is_empty()) {
+    outside.add(StatedFormat::Source::Numbers, choice.numbers);
+    of_draft = log;
+    header = read(of_draft);
+    add_body(body, header);
   }
-  if (chosen) {
-    header = read(*chosen, log);
-  } else {
-    log = std::move(of_draft);
-  }
+  log = std::move(of_draft);
+  for (const Diagnostic& diagnostic : of_choice.kept()) log.add(diagnostic);
+  header.is_refused = choice.is_open;
+  const bool uses_file = header.whole.uses(StatedFormat::Source::Beside);
+  if (uses_file) header.format_file = reading.format_beside.file;
   header.calls_patterns = spelling.calls_patterns;
   header.respelled = std::move(spelling.text);
   return header;

@@ -34,11 +34,6 @@ bool is_nothing(std::string_view number) {
   return number.find_first_of("123456789") == std::string_view::npos;
 }
 
-/// The zeros that are kept decide what it is.
-bool is_bare(std::string_view number) {
-  return number.find('.') == std::string_view::npos && !is_nothing(number);
-}
-
 /// Of the numbers of a block what a census makes of them.
 enum class Meaning : std::uint8_t { None, Place, Diameter, Other, Rate };
 
@@ -91,6 +86,7 @@ Line next_line(LineCursor& cursor, const LineRules& rules, Block& block) {
     kind = kind_of(line.text);
   }
   block.text = trimmed(line.text);
+  block.line = line.number;
   if (kind != LineKind::Words && kind != LineKind::KeyboardOrder) return Line::Other;
   if (is_tool_link(block.text)) return Line::Other;
   if (is_long_message(line.text)) {
@@ -111,10 +107,16 @@ bool is_incremental_word(std::string_view text) {
 /// Sixteen characters at once, a form that GCC and Clang have for every machine.
 using Sixteen = signed char __attribute__((vector_size(16)));
 
+Sixteen sixteen_at(const char* text) {
+  Sixteen c;
+  std::memcpy(&c, text, sizeof c);
+  return c;
+}
+
 /// Lines that a text begins with.
 struct PointedLines {
   std::size_t n_characters = 0;
-  bool are_so = false;  ///< nothing but X and Y, with as many decimal points as letters
+  bool are_so = false;  ///< nothing but X and Y, each with a decimal point or a lone 0
 };
 
 /// Most programs without zeros have decimal points from end to end, and each pays for the look.
@@ -128,20 +130,26 @@ PointedLines look_for_pointed_lines(std::string_view text) {
   }
   Sixteen more_points = {};
   Sixteen others = {};
-  const auto look = [&](Sixteen c) {
+  // Of the characters in `c` those that follow each are in `next`, and those behind in `third`.
+  const auto look = [&](Sixteen c, Sixteen next, Sixteen third) {
     const Sixteen xy = (c | 1) == 'Y';
-    more_points += xy - (c == '.');
+    const Sixteen ends = (third < '0') & (third != '.');
+    const Sixteen zero = xy & (next == '0') & (ends | (third > '9'));
+    more_points += xy - zero - (c == '.');
     others |= ((c > '9') & ~xy) | (c == '/');
   };
   std::size_t i = 0;
-  for (; i + sizeof(Sixteen) <= size; i += sizeof(Sixteen)) {
-    Sixteen c;
-    std::memcpy(&c, text.data() + i, sizeof c);
-    look(c);
+  for (; i + sizeof(Sixteen) + 2 <= size; i += sizeof(Sixteen)) {
+    const char* const at = text.data() + i;
+    look(sixteen_at(at), sixteen_at(at + 1), sixteen_at(at + 2));
   }
-  Sixteen rest = {};
-  std::memcpy(&rest, text.data() + i, size - i);
-  look(rest);
+  // Behind the last line there is nothing: characters of value 0 end its number.
+  std::array<char, 2 * sizeof(Sixteen) + 2> rest = {};
+  std::memcpy(rest.data(), text.data() + i, size - i);
+  for (std::size_t k = 0; k < size - i; k += sizeof(Sixteen)) {
+    const char* const at = rest.data() + k;
+    look(sixteen_at(at), sixteen_at(at + 1), sixteen_at(at + 2));
+  }
   int sum = 0;
   bool has_others = false;
   for (std::size_t lane = 0; lane < sizeof(Sixteen); ++lane) {
@@ -149,6 +157,40 @@ PointedLines look_for_pointed_lines(std::string_view text) {
     has_others |= others[lane] != 0;
   }
   return {size, sum == 0 && !has_others};
+}
+
+/// Number of the line that a part of the program stands in.
+int line_of(std::string_view part, std::string_view program) {
+  LineCursor cursor(program);
+  const auto offset = static_cast<std::size_t>(part.data() - program.data());
+  int number = 1;
+  while (!cursor.at_end() && cursor.offset() <= offset) number = cursor.next().number;
+  return number;
+}
+
+/// Passes every line that is executed up to the end of the program to `visit`, as its kind and its
+/// block, until it returns false.
+///
+/// In     skips_pointed: lines of X and Y alone that have no bare number need not be passed
+template <class Visit>
+void visit_lines(std::string_view program,
+                 const LineRules& rules,
+                 bool skips_pointed,
+                 const Visit& visit) {
+  std::size_t slow_until = skips_pointed ? 0 : program.size();
+  for (LineCursor cursor(program); !cursor.at_end();) {
+    if (cursor.offset() >= slow_until) {
+      const PointedLines ahead = look_for_pointed_lines(program.substr(cursor.offset()));
+      if (ahead.are_so) {
+        cursor.skip(ahead.n_characters, 0);
+        continue;
+      }
+      slow_until = cursor.offset() + ahead.n_characters;
+    }
+    Block block;
+    const Line line = next_line(cursor, rules, block);
+    if (!visit(line, block) || (line == Line::Block && is_end(block, rules.set))) return;
+  }
 }
 
 }  // namespace
@@ -255,56 +297,41 @@ unsigned WrittenNumbers::lengths() const {
   return bits;
 }
 
-bool has_bare_number(std::string_view program, const LineRules& rules) {
-  std::size_t slow_until = 0;
-  for (LineCursor cursor(program); !cursor.at_end();) {
-    if (cursor.offset() >= slow_until) {
-      const PointedLines ahead = look_for_pointed_lines(program.substr(cursor.offset()));
-      if (ahead.are_so) {
-        cursor.skip(ahead.n_characters, 0);
-        continue;
-      }
-      slow_until = cursor.offset() + ahead.n_characters;
-    }
-    Block block;
-    const Line line = next_line(cursor, rules, block);
-    if (line == Line::Setting && block.text.find('.') == std::string_view::npos) return true;
-    if (line != Line::Block) continue;
-    for (const Word& word : block.all()) {
+std::optional<NumberPlace> find_bare_number(std::string_view program, const LineRules& rules) {
+  std::optional<NumberPlace> found;
+  visit_lines(program, rules, true, [&](Line line, const Block& block) {
+    const auto is_bare_length = [&](const Word& word) {
       const Meaning meaning = meaning_of(block, word, rules.set);
-      const bool counts = meaning != Meaning::None && meaning != Meaning::Rate;
-      if (counts && is_bare(word.number)) return true;
+      return meaning != Meaning::None && meaning != Meaning::Rate && is_bare(word.number);
+    };
+    if (line == Line::Setting && has_bare_number(lengths_of(block.text))) {
+      found = NumberPlace{std::string(block.text), line_of(block.text, program), 1};
+    } else if (line == Line::Block) {
+      const auto word = std::ranges::find_if(block.all(), is_bare_length);
+      if (word != block.all().end()) {
+        found = NumberPlace{word->text(), line_of(block.text, program), word->column};
+      }
     }
-    if (is_end(block, rules.set)) return false;
-  }
-  return false;
+    return !found;
+  });
+  return found;
 }
 
 void take_census(std::string_view program, const LineRules& rules, NumberCensus& census) {
   bool has_coordinate = !census.x.is_empty() || !census.y.is_empty();
-  const auto name_first = [&](const Word& word, int line, bool is_coordinate_of) {
-    const bool is_first = census.first.empty() || (!has_coordinate && is_coordinate_of);
-    if (word.number.empty() || !is_first) return;
+  const auto name_first = [&](std::string_view text, int line, int column, bool is_coordinate_of) {
+    if (!census.first.text.empty() && (has_coordinate || !is_coordinate_of)) return;
     has_coordinate = is_coordinate_of;
-    census.first = word.text();
-    census.first_line = line;
-    census.first_column = word.column;
+    census.first = {std::string(text), line, column};
   };
-  for (LineCursor cursor(program); !cursor.at_end();) {
-    const int number = cursor.line_number();
-    Block block;
-    const Line line = next_line(cursor, rules, block);
+  visit_lines(program, rules, false, [&](Line line, const Block& block) {
     census.has_faults |= line == Line::Fault;
     if (line == Line::Setting) {
       census.has_other_lengths = true;
-      census.has_other_bare_lengths |= block.text.find('.') == std::string_view::npos;
-      if (census.first.empty()) {
-        census.first = block.text;
-        census.first_line = number;
-        census.first_column = 1;
-      }
+      census.has_other_bare_lengths |= has_bare_number(lengths_of(block.text));
+      name_first(block.text, block.line, 1, false);
     }
-    if (line != Line::Block) continue;
+    if (line != Line::Block) return true;
     census.is_incremental |= is_incremental_word(block.text);
     for (const Word& word : block.all()) {
       const Meaning meaning = meaning_of(block, word, rules.set);
@@ -319,10 +346,11 @@ void take_census(std::string_view program, const LineRules& rules, NumberCensus&
         census.has_other_lengths = true;
         census.has_other_bare_lengths |= meaning == Meaning::Other && is_bare(word.number);
       }
-      name_first(word, block.line, meaning == Meaning::Place);
+      if (word.number.empty()) continue;
+      name_first(word.text(), block.line, word.column, meaning == Meaning::Place);
     }
-    if (is_end(block, rules.set)) return;
-  }
+    return true;
+  });
 }
 
 }  // namespace panelcal::excellon

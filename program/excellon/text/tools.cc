@@ -232,6 +232,14 @@ std::optional<ToolBlock> read_tool_block(const Block& block,
   return out;
 }
 
+const Word* padded_length(const Block& block, const NumberFormat& format) {
+  for (const Word& word : block.all()) {
+    const bool is_length = word.letter == 'C' || word.letter == 'Z';
+    if (is_length && has_extra_digits(word.number, format)) return &word;
+  }
+  return nullptr;
+}
+
 bool read_rate(const Block& block,
                const Word& word,
                const NumberFormat& format,

@@ -46,6 +46,11 @@ std::optional<ToolBlock> read_tool_block(const Block& block,
                                          const ToolContext& context,
                                          const Reporter& reporter);
 
+/// The first length of a tool block that has zeros beyond the digits of the format; null: none has.
+///
+/// Precondition: read_tool_block() has read it
+const Word* padded_length(const Block& block, const NumberFormat& format);
+
 /// Reads the F# or B# of a block of its own into `tool`; `routing` says which range F has.
 bool read_rate(const Block& block,
                const Word& word,

@@ -28,7 +28,7 @@ WalkTerms terms() {
           .clock = "",
           .now = kFound + std::chrono::days(16),
           .max_operations = 77,
-          .accepts_unterminated = true};
+          .reading = ReadingTerms{.accepts_unterminated = true, .format = {}}};
 }
 
 TEST(WalkTerms, SetWhatEveryWalkOfThatDayNeeds) {
@@ -63,7 +63,7 @@ TEST(WalkTerms, LeaveReadingAsTheMachineHasIt) {
     MachineConfig machine = drifting_machine();
     machine.reading.accepts_unterminated = accepts;
     WalkTerms unsaid = terms();
-    unsaid.accepts_unterminated.reset();
+    unsaid.reading.reset();
     ASSERT_TRUE(set_walk_terms(unsaid, machine));
     EXPECT_EQ(machine.reading.accepts_unterminated, accepts);
   }

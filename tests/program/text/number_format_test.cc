@@ -101,6 +101,13 @@ TEST(NumberFormat, StatedDigitsAllowMoreZerosOnTheLeft) {
   EXPECT_EQ(parse_length("00000000", kInchTrailing).fault, NumberFault::TooManyDigits);
 }
 
+TEST(NumberFormat, DigitsBeyondTheFormatAreThoseOfANumberWithoutAPoint) {
+  EXPECT_FALSE(has_extra_digits("123456", kInchTrailing));
+  EXPECT_FALSE(has_extra_digits("-123456", kInchTrailing));
+  EXPECT_TRUE(has_extra_digits("+0123456", kInchTrailing));
+  EXPECT_FALSE(has_extra_digits("0123.456", kInchTrailing));
+}
+
 TEST(NumberFormat, RefusesWhatIsNoNumber) {
   for (const char* text : {"-", "+", ".", "-.", "1.2.3", "--1", "1-", "1e3", "0x1", " 1", "1 "}) {
     EXPECT_EQ(parse_length(text, kInchLeading).fault, NumberFault::Malformed) << text;

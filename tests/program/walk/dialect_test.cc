@@ -23,7 +23,7 @@ TEST(Dialects, GiveAProgramTheHeadOfItsLanguage) {
   DiagnosticLog log;
   const Program excellon = load_program({"p", "M48\nINCH,LZ\nT1C.04\n%\nM30\n"}, log);
   ASSERT_EQ(excellon.dialect, Dialect::Excellon);
-  EXPECT_TRUE(excellon::header_of(excellon).states_format);
+  EXPECT_TRUE(excellon::header_of(excellon).stated.states_unit());
   EXPECT_EQ(excellon.tools().size(), 1U);
 
   const Program sieb_meyer = load_program({"p", "%%5000\nX1000Y1000T1\n$\nT1D1.0\n$\n"}, log);

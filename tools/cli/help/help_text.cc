@@ -34,6 +34,7 @@ the calibrations it names are checked.
 An Excellon program that does not state its number format is read as nc_param.txt beside it says, or
 [program] units, zeros and digits of machine.toml, or as its numbers can only be meant: a warning
 says why. Where they can be meant in two ways that is an error, and --format inch,tz,2.4 decides.
+Digits of nc_param.txt and [program] hold behind INCH and METRIC alone as well, with a warning.
 A SIEB & MEYER program is in the numbers that its %%5000 names; %% alone and %%5001 to %%5010 leave
 them to the same keys, and --format rules over both.
 

@@ -41,6 +41,7 @@ are one panel, in the same coordinates.
 --zones names the parts of the table that have a surface of their own, clamps and cut-outs, and the
 border of the panel (docs/formats/zones.md). --voids-of names the program that was drilled or routed
 already, with the panel as it lies now: every hole, slot and contour is a void as wide as its tool.
+--program-format is the --format of `panelcal check` for it; --format here is that of the probes.
 A probe that lies in a void, or is so near that its tip may touch it, or lies in no zone, does not
 count and is named. A tool without a diameter is refused: the size of its voids is not known.
   $ panelcal surface fit probes.jsonl --voids-of drill.exc -m machine.toml -o map.json

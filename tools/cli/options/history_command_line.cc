@@ -94,8 +94,7 @@ class HistoryCommandLine {
         ->needs(program);
     add_clock(diff, o.clock);
     add_limit(diff, o.max_operations);
-    add_accept(diff, o.accepts_unterminated)->needs(program);
-    add_format(diff, o.number_format)->needs(program);
+    add_reading(diff, o.reading, program);
   }
 
   CLI::App& history_;

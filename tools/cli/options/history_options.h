@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "program/text/number_format.h"
+#include "program/walk/reading_terms.h"
 
 namespace panelcal {
 
@@ -36,8 +36,7 @@ struct HistoryOptions {
   std::string measurements;  ///< of an earlier job: where in the picture targets were seen
   std::string clock;         ///< as CheckOptions
   std::int64_t max_operations = 1'000'000'000;
-  bool accepts_unterminated = false;  ///< as CheckOptions
-  PartialFormat number_format;        ///< as CheckOptions
+  ReadingTerms reading;
 };
 
 }  // namespace panelcal

@@ -115,8 +115,7 @@ class CommandLine {
     check_->add_option("-m,--machine", check_options_.machine, "machine.toml");
     add_clock(check_, check_options_.clock);
     add_limit(check_, check_options_.max_operations);
-    add_accept(check_, check_options_.accepts_unterminated);
-    add_format(check_, check_options_.number_format);
+    add_reading(check_, check_options_.reading);
   }
 
   void add_survey() {
@@ -126,8 +125,7 @@ class CommandLine {
     survey_->add_option("-m,--machine", survey_options_.machine, "machine.toml")->required();
     add_clock(survey_, survey_options_.clock);
     add_limit(survey_, survey_options_.max_operations);
-    add_accept(survey_, survey_options_.accepts_unterminated);
-    add_format(survey_, survey_options_.number_format);
+    add_reading(survey_, survey_options_.reading);
   }
 
   void add_plan() {
@@ -150,8 +148,7 @@ class CommandLine {
         ->excludes(sigma);
     add_clock(plan_, o.clock);
     add_limit(plan_, o.max_operations);
-    add_accept(plan_, o.accepts_unterminated);
-    add_format(plan_, o.number_format);
+    add_reading(plan_, o.reading);
   }
 
   void add_run() {
@@ -211,8 +208,7 @@ class CommandLine {
     run_->add_option("--truth", o.truth, "Compare with the truth that `synth` wrote");
     add_threads(run_, o.n_threads);
     add_limit(run_, o.max_operations);
-    add_accept(run_, o.accepts_unterminated);
-    add_format(run_, o.number_format);
+    add_reading(run_, o.reading);
     run_->add_flag(
         "--force", o.force, "Write the program although a gate or [tolerance] refuses it");
   }
@@ -228,8 +224,7 @@ class CommandLine {
     translate_->add_option("-m,--machine", o.machine, "machine.toml, for zeros and search paths");
     add_clock(translate_, o.clock);
     add_limit(translate_, o.max_operations);
-    add_accept(translate_, o.accepts_unterminated);
-    add_format(translate_, o.number_format);
+    add_reading(translate_, o.reading);
     translate_->add_flag(
         "--force", o.force, "Write the program without what decides places or depths and is lost");
   }
@@ -289,8 +284,7 @@ class CommandLine {
         ->check(CLI::Range(1, 100'000))
         ->needs(tool)
         ->capture_default_str();
-    add_accept(synth_, synth_options_.accepts_unterminated)->needs(program);
-    add_format(synth_, synth_options_.number_format)->needs(program);
+    add_reading(synth_, synth_options_.reading, program);
   }
 
   void add_nightly() {

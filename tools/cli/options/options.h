@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "calib/base/expected.h"
-#include "program/text/number_format.h"
+#include "program/walk/reading_terms.h"
 #include "tools/cli/options/calibrate_options.h"
 #include "tools/cli/options/file_options.h"
 #include "tools/cli/options/history_options.h"
@@ -27,8 +27,7 @@ struct CheckOptions {
   std::string machine;  ///< may be empty
   std::string clock;    ///< of texts and of calibrations' age: 2026-11-21T13:45:00; empty: now
   std::int64_t max_operations = 1'000'000'000;
-  bool accepts_unterminated = false;  ///< an Excellon program without M30
-  PartialFormat number_format;        ///< --format; empty: as the program states
+  ReadingTerms reading;
 };
 
 struct SurveyOptions {
@@ -36,8 +35,7 @@ struct SurveyOptions {
   std::string machine;
   std::string clock;
   std::int64_t max_operations = 1'000'000'000;
-  bool accepts_unterminated = false;  ///< as CheckOptions
-  PartialFormat number_format;        ///< as CheckOptions
+  ReadingTerms reading;
 };
 
 struct RunOptions {
@@ -61,10 +59,9 @@ struct RunOptions {
   std::optional<double> resolution_um;  ///< of coordinates in a program; absent: the control's
   std::size_t n_threads = 0;            ///< that look at pictures; 0: one for each processor
   std::int64_t max_operations = 1'000'000'000;
-  bool accepts_unterminated = false;  ///< as CheckOptions
-  PartialFormat number_format;        ///< as CheckOptions
-  std::optional<int> turned_deg;      ///< absent: as [gates] says
-  bool uncorrected = false;           ///< a program without targets is meant
+  ReadingTerms reading;
+  std::optional<int> turned_deg;  ///< absent: as [gates] says
+  bool uncorrected = false;       ///< a program without targets is meant
   bool force = false;
 };
 
@@ -75,8 +72,7 @@ struct TranslateOptions {
   std::string to;     ///< excellon or sieb-meyer; empty: the other language
   std::string clock;  ///< as CheckOptions
   std::int64_t max_operations = 1'000'000'000;
-  bool accepts_unterminated = false;  ///< as CheckOptions
-  PartialFormat number_format;        ///< as CheckOptions
+  ReadingTerms reading;
   bool force = false;
 };
 
@@ -103,8 +99,7 @@ struct PlanOptions {
   int n_added = 1;                          ///< further targets to propose together
   bool json = false;
   std::int64_t max_operations = 1'000'000'000;
-  bool accepts_unterminated = false;  ///< as CheckOptions
-  PartialFormat number_format;        ///< as CheckOptions
+  ReadingTerms reading;
 };
 
 struct SynthOptions {
@@ -114,8 +109,7 @@ struct SynthOptions {
   std::optional<std::uint64_t> seed;
   std::optional<int> tool;  ///< single targets of this vision tool, instead of a program's
   int count = 100;          ///< of them
-  bool accepts_unterminated = false;  ///< as CheckOptions
-  PartialFormat number_format;        ///< as CheckOptions
+  ReadingTerms reading;
 };
 
 struct NightlyOptions {

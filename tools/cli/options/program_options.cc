@@ -13,26 +13,31 @@ void add_limit(CLI::App* command, std::int64_t& max_operations) {
       ->capture_default_str();
 }
 
-CLI::Option* add_accept(CLI::App* command, bool& accepts_unterminated) {
-  return command->add_flag("--accept-unterminated", accepts_unterminated, kAcceptUnterminatedHelp);
-}
-
-CLI::Option* add_format(CLI::App* command, PartialFormat& format) {
+void add_reading(CLI::App* command,
+                 ReadingTerms& reading,
+                 CLI::Option* program,
+                 const std::string& format_option) {
   const auto check = [](const std::string& text) {
     const auto parsed = parse_format(text);
     return parsed ? std::string() : "expected " + parsed.error();
   };
-  const auto take = [&format](const std::string& text) {
-    if (auto parsed = parse_format(text)) format = *std::move(parsed);
-    format.from = "--format " + text;
+  const auto take = [&reading, format_option](const std::string& text) {
+    if (auto parsed = parse_format(text)) reading.format = *std::move(parsed);
+    reading.format.from = format_option + " " + text;
   };
-  return command
-      ->add_option_function<std::string>("--format",
-                                         take,
-                                         "Number format of the program, whatever it states: "
-                                         "inch or metric, zeros that are "
-                                         "kept (lz, tz), digits; such as inch,tz,2.4")
-      ->check(CLI::Validator(check, "UNIT,ZEROS,DIGITS"));
+  CLI::Option* accept = command->add_flag(
+      "--accept-unterminated", reading.accepts_unterminated, kAcceptUnterminatedHelp);
+  CLI::Option* format =
+      command
+          ->add_option_function<std::string>(format_option,
+                                             take,
+                                             "Number format of an Excellon program, whatever it "
+                                             "states: inch or metric, zeros that are "
+                                             "kept (lz, tz), digits; such as inch,tz,2.4")
+          ->check(CLI::Validator(check, "UNIT,ZEROS,DIGITS"));
+  if (program == nullptr) return;
+  accept->needs(program);
+  format->needs(program);
 }
 
 void add_clock(CLI::App* command, std::string& clock) {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "program/text/number_format.h"
+#include "program/walk/reading_terms.h"
 
 namespace CLI {
 class App;
@@ -16,10 +16,15 @@ namespace panelcal {
 
 void add_limit(CLI::App* command, std::int64_t& max_operations);
 
-CLI::Option* add_accept(CLI::App* command, bool& accepts_unterminated);
-
-/// --format: a text that it cannot be is refused on the command line.
-CLI::Option* add_format(CLI::App* command, PartialFormat& format);
+/// --accept-unterminated and --format; a text that the latter cannot be is refused on the command
+/// line.
+///
+/// In     program: the option of the program, where there need not be one; null: there is
+///        format_option: another name than --format
+void add_reading(CLI::App* command,
+                 ReadingTerms& reading,
+                 CLI::Option* program = nullptr,
+                 const std::string& format_option = "--format");
 
 void add_clock(CLI::App* command, std::string& clock);
 

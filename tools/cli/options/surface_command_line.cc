@@ -7,6 +7,7 @@
 
 #include "surface/fit/shape.h"
 #include "tools/cli/help/help_text.h"
+#include "tools/cli/options/program_options.h"
 #include <CLI/CLI.hpp>
 
 namespace panelcal {
@@ -30,11 +31,6 @@ void add_zone(CLI::App* command, SurfaceOptions& o) {
   command->add_option("--zone", o.zone, "Name of the zone, of a map that has several");
 }
 
-CLI::Option* add_accept_of_program(CLI::App* command, SurfaceOptions& o) {
-  return command->add_flag(
-      "--accept-unterminated", o.accepts_unterminated, kAcceptUnterminatedHelp);
-}
-
 /// A program's places are asked for, as a job would work at them.
 CLI::Option* add_program(CLI::App* command, SurfaceOptions& o, const char* what) {
   CLI::Option* program = command->add_option("--program", o.program, what);
@@ -42,7 +38,7 @@ CLI::Option* add_program(CLI::App* command, SurfaceOptions& o, const char* what)
   program->needs(machine);
   machine->needs(program);
   command->add_option("--clock", o.clock, kClock);
-  add_accept_of_program(command, o)->needs(program);
+  add_reading(command, o.reading, program);
   return program;
 }
 
@@ -83,7 +79,8 @@ void add_fit(CLI::App& surface, SurfaceOptions& o) {
           ->needs(machine)
           ->expected(1)
           ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  add_accept_of_program(fit, o)->needs(voids_of);
+  // --format is that of the probes.
+  add_reading(fit, o.reading, voids_of, "--program-format");
   fit->add_option("--probe-tip-mm",
                   o.probe_tip_mm,
                   "Diameter of the probe's tip: a probe that may touch a void does not count (1)")

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "program/walk/reading_terms.h"
+
 namespace panelcal {
 
 /// The commands of `panelcal surface`.
@@ -22,6 +24,7 @@ struct SurfaceOptions {
   std::string report;   ///< .html; empty: none
   std::string clock;    ///< as CheckOptions
   std::int64_t max_operations = 1'000'000'000;
+  ReadingTerms reading;  ///< of `program` and `voids_of`
   bool json = false;
   // fit
   std::string model = "auto";                  ///< or a word of surface_model_words()
@@ -32,7 +35,6 @@ struct SurfaceOptions {
   std::optional<double> max_extrapolation_mm;  ///< empty: [surface] grid_hold_mm, or 5
   std::string zones;                           ///< zones.toml; may be empty
   std::vector<std::string> voids_of;           ///< programs whose holes and routs are voids
-  bool accepts_unterminated = false;           ///< of these programs, as CheckOptions
   std::optional<double> probe_tip_mm;          ///< diameter; empty: as the zones say, or 1
   // query
   std::vector<std::string> places;  ///< "X,Y", or "-" for standard input

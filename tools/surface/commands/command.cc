@@ -51,10 +51,12 @@ namespace {
 using Execute = std::function<void(const CheckedProgram&, const WalkOptions&, DiagnosticLog&)>;
 
 /// Calls `execute` with a program that has no errors, to pass its job on the perfect panel.
-Expected<void> walk_program(const std::string& program,
-                            const SurfaceOptions& options,
-                            CommandContext& context,
-                            const Execute& execute) {
+///
+/// Out    the file beside it that has decided on its number format; empty: none has
+Expected<std::string> walk_program(const std::string& program,
+                                   const SurfaceOptions& options,
+                                   CommandContext& context,
+                                   const Execute& execute) {
   PANELCAL_TRY(MachineConfig config, read_machine_config(options.machine));
   // Targets that are where they are drawn speak for no model; a slot's ends say all about it.
   config.walk.chooses_model = false;
@@ -63,7 +65,7 @@ Expected<void> walk_program(const std::string& program,
                                  .clock = options.clock,
                                  .now = system_clock()(),
                                  .max_operations = options.max_operations,
-                                 .accepts_unterminated = options.accepts_unterminated,
+                                 .reading = options.reading,
                                  .ages_offset = false,
                                  .command = "panelcal surface"},
                                 config));
@@ -82,42 +84,38 @@ Expected<void> walk_program(const std::string& program,
   }
   context.console.print(others);
   if (first) return failure(*std::move(first));
-  return {};
+  return checked->program.head->format_file;
 }
 
 }  // namespace
 
-Expected<std::vector<plan::PlannedPlace>> program_places(const SurfaceOptions& options,
-                                                         CommandContext& context) {
-  std::vector<plan::PlannedPlace> places;
-  PANELCAL_CHECK(walk_program(
-      options.program,
-      options,
-      context,
+Expected<ProgramPlaces> program_places(const SurfaceOptions& options, CommandContext& context) {
+  ProgramPlaces of;
+  const auto execute =
       [&](const CheckedProgram& checked, const WalkOptions& walk, DiagnosticLog& log) {
         plan::PlaceSink sink(checked.nominal_survey, [&](const plan::PassingPlace& place) {
-          places.push_back(place.kept());
+          of.places.push_back(place.kept());
         });
         execute_nominal(checked, walk, sink, log);
-      }));
-  if (!places.empty()) return places;
+      };
+  PANELCAL_TRY(of.format_file, walk_program(options.program, options, context, execute));
+  if (!of.places.empty()) return of;
   return failure(usage("panelcal surface",
                        quoted(options.program) + " works at no place",
                        "a program that drills or routs"));
 }
 
-Expected<std::vector<Void>> program_voids(const std::string& program,
-                                          const SurfaceOptions& options,
-                                          CommandContext& context) {
+Expected<ProgramVoids> program_voids(const std::string& program,
+                                     const SurfaceOptions& options,
+                                     CommandContext& context) {
   VoidSink sink(program);
-  PANELCAL_CHECK(
-      walk_program(program,
-                   options,
-                   context,
-                   [&](const CheckedProgram& checked, const WalkOptions& walk, DiagnosticLog& log) {
-                     execute_nominal(checked, walk, sink, log);
-                   }));
-  return sink.take();
+  ProgramVoids of;
+  const auto execute = [&](const CheckedProgram& checked,
+                           const WalkOptions& walk,
+                           DiagnosticLog& log) { execute_nominal(checked, walk, sink, log); };
+  PANELCAL_TRY(of.format_file, walk_program(program, options, context, execute));
+  PANELCAL_TRY(of.voids, sink.take());
+  return of;
 }
 
 Expected<std::size_t> zone_of(const StoredZones& stored,

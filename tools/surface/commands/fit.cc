@@ -78,6 +78,7 @@ Expected<HeightMapOptions> map_options(const SurfaceOptions& options) {
 struct Layout {
   std::vector<Zone> zones;
   Voids voids;
+  std::vector<std::string> format_files;  ///< of the programs that leave voids, as ProgramHead
 };
 
 Expected<Layout> read_layout(const SurfaceOptions& options,
@@ -87,14 +88,17 @@ Expected<Layout> read_layout(const SurfaceOptions& options,
   if (!options.zones.empty()) {
     PANELCAL_TRY(file, read_zones_file(options.zones, defaults));
   }
+  std::vector<std::string> format_files;
   for (const std::string& program : options.voids_of) {
-    PANELCAL_TRY(auto voids, program_voids(program, options, context));
-    std::ranges::move(voids, std::back_inserter(file.voids));
+    PANELCAL_TRY(ProgramVoids of, program_voids(program, options, context));
+    std::ranges::move(of.voids, std::back_inserter(file.voids));
+    const bool is_new = std::ranges::find(format_files, of.format_file) == format_files.end();
+    if (!of.format_file.empty() && is_new) format_files.push_back(std::move(of.format_file));
   }
   const Length tip =
       options.probe_tip_mm ? mm(*options.probe_tip_mm) : file.probe_tip.value_or(kUsualTip);
   PANELCAL_TRY(Voids voids, Voids::make(std::move(file.voids), 0.5 * tip));
-  return Layout{std::move(file.zones), std::move(voids)};
+  return Layout{std::move(file.zones), std::move(voids), std::move(format_files)};
 }
 
 /// No reader would accept the file.
@@ -131,7 +135,9 @@ Expected<Answer> fit(const SurfaceOptions& options, CommandContext& context) {
   const std::string text = map_file_text(made.stored);
   PANELCAL_CHECK(check_map_size(text));
   PANELCAL_CHECK(write_file(options.output, text));
-  const Provenance provenance = provenance_of(context, inputs_of(options));
+  std::vector<std::string> inputs = inputs_of(options);
+  std::ranges::move(layout.format_files, std::back_inserter(inputs));
+  const Provenance provenance = provenance_of(context, inputs);
   if (!options.plot.empty()) PANELCAL_CHECK(write_file(options.plot, map_svg(made, provenance)));
   if (!options.report.empty()) {
     PANELCAL_CHECK(write_file(options.report, map_html(made, provenance)));

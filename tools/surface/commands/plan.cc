@@ -189,9 +189,10 @@ Expected<Answer> plan(const SurfaceOptions& options, CommandContext& context) {
   }
   ProbePlanRequest& request = planned.request;
   request.tolerance = um(*options.tolerance_um);
+  ProgramPlaces of;
   if (!options.program.empty()) {
-    PANELCAL_TRY(const auto places, program_places(options, context));
-    for (const panelcal::plan::PlannedPlace& place : places)
+    PANELCAL_TRY(of, program_places(options, context));
+    for (const panelcal::plan::PlannedPlace& place : of.places)
       request.places.push_back(place.nominal);
   }
   PANELCAL_TRY(const Places area, area_of(options, request.places, stored));
@@ -224,7 +225,8 @@ Expected<Answer> plan(const SurfaceOptions& options, CommandContext& context) {
                       planned.plan.is_reached ? ExitCode::Done : ExitCode::GateFailed};
   if (!planned.plan.is_reached) return answer;
   const Provenance provenance = provenance_of(
-      context, std::vector<std::string>{options.map, options.program, options.machine});
+      context,
+      std::vector<std::string>{options.map, options.program, of.format_file, options.machine});
   if (!options.output.empty()) {
     const bool is_json = extension_of(options.output) == ".json";
     PANELCAL_CHECK(

@@ -91,8 +91,8 @@ Expected<std::vector<Asked>> all_asked(const SurfaceOptions& options,
   if (!options.grid.empty()) return grid_places(options.grid, map);
   std::vector<Asked> out;
   if (!options.program.empty()) {
-    PANELCAL_TRY(const auto places, program_places(options, context));
-    for (const plan::PlannedPlace& place : places) out.push_back({place.nominal, place});
+    PANELCAL_TRY(const ProgramPlaces of, program_places(options, context));
+    for (const plan::PlannedPlace& place : of.places) out.push_back({place.nominal, place});
     return out;
   }
   if (options.places.size() == 1 && options.places.front() == "-") {

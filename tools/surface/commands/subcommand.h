@@ -30,18 +30,27 @@ Expected<Answer> plan(const SurfaceOptions& options, CommandContext& context);
 Expected<Answer> apply(const SurfaceOptions& options, CommandContext& context);
 Expected<Answer> export_map(const SurfaceOptions& options, CommandContext& context);
 
-/// Every place that --program works at on a perfect panel.
+/// Every place that a program works at on a perfect panel.
+struct ProgramPlaces {
+  std::vector<plan::PlannedPlace> places;
+  std::string format_file;  ///< as ProgramHead
+};
+
+/// Those of --program.
 ///
 /// Fails  as reading and walking through a program does; usage: it works at none
-Expected<std::vector<plan::PlannedPlace>> program_places(const SurfaceOptions& options,
-                                                         CommandContext& context);
+Expected<ProgramPlaces> program_places(const SurfaceOptions& options, CommandContext& context);
 
 /// The voids that a program leaves in a panel, each as wide as its tool.
-///
+struct ProgramVoids {
+  std::vector<Void> voids;
+  std::string format_file;  ///< as ProgramHead
+};
+
 /// Fails  as reading and walking through a program does; as VoidSink::take()
-Expected<std::vector<Void>> program_voids(const std::string& program,
-                                          const SurfaceOptions& options,
-                                          CommandContext& context);
+Expected<ProgramVoids> program_voids(const std::string& program,
+                                     const SurfaceOptions& options,
+                                     CommandContext& context);
 
 /// The map of --zone, or the only one of `file`.
 ///

@@ -16,7 +16,7 @@ std::string said(std::string_view comment) {
   }
   if (format.unit) text += *format.unit == LengthUnit::Inch ? " inch" : " metric";
   if (format.zeros) text += *format.zeros == Zeros::LeadingKept ? " LZ" : " TZ";
-  if (format.is_incremental) text += " incremental";
+  if (format.is_incremental) text += *format.is_incremental ? " incremental" : " absolute";
   return text;
 }
 
@@ -27,24 +27,25 @@ TEST(CommentFormat, ReadsFileFormat) {
 }
 
 TEST(CommentFormat, ReadsFormatInBraces) {
-  EXPECT_EQ(said(";FORMAT={3:3/ absolute}"), "3.3");
-  EXPECT_EQ(said("; FORMAT={3:3/ absolute / metric / suppress leading zeros}"), "3.3 metric TZ");
+  EXPECT_EQ(said(";FORMAT={3:3/ absolute}"), "3.3 absolute");
+  EXPECT_EQ(said("; FORMAT={3:3/ absolute / metric / suppress leading zeros}"),
+            "3.3 metric TZ absolute");
   EXPECT_EQ(said("; FORMAT={2:4/ incremental / inch / suppress trailing zeros}"),
             "2.4 inch LZ incremental");
-  EXPECT_EQ(said("; FORMAT={-:-/ absolute / metric / decimal}"), " metric");
+  EXPECT_EQ(said("; FORMAT={-:-/ absolute / metric / decimal}"), " metric absolute");
 }
 
 /// gerbv's example of Mentor's output: `; Format  : 3.3 / Absolute / MM / Leading` with METRIC,TZ.
 TEST(CommentFormat, ReadsMentorsPartsWhichNameTheZerosThatAreLeftOff) {
-  EXPECT_EQ(said("; Format  : 3.3 / Absolute / MM / Leading"), "3.3 metric TZ");
+  EXPECT_EQ(said("; Format  : 3.3 / Absolute / MM / Leading"), "3.3 metric TZ absolute");
   EXPECT_EQ(said("; Format  : 2.4 / Incremental / Inch / Trailing"), "2.4 inch LZ incremental");
-  EXPECT_EQ(said("; Format  : 2.5 / Absolute / Inch / None"), "2.5 inch");
+  EXPECT_EQ(said("; Format  : 2.5 / Absolute / Inch / None"), "2.5 inch absolute");
 }
 
 TEST(CommentFormat, NamesAPartOfMentorsThatSaysNothingKnown) {
   EXPECT_EQ(read_comment_format("; Format : 3.3 / Absolute / Furlong / Leading").unknown,
             "FURLONG");
-  EXPECT_EQ(said("; Format : 3.3 / Absolute / MM / Suppress Leading"), "3.3 metric TZ");
+  EXPECT_EQ(said("; Format : 3.3 / Absolute / MM / Suppress Leading"), "3.3 metric TZ absolute");
 }
 
 TEST(CommentFormat, ReadsNothingElse) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "program/excellon/text/header_reader.h"
@@ -23,10 +24,10 @@ struct ReadHeader {
   }
 };
 
-ReadHeader read(std::string text) {
+ReadHeader read(std::string text,
+                const ReadOptions& reading = {.last_format = test::last_set_to_inch()}) {
   DiagnosticLog log;
   ReadHeader out{{"p.exc", std::move(text)}, {}, {}};
-  const ReadOptions reading{.last_format = test::last_set_to_inch()};
   out.header = read_header(out.source, reading, log);
   out.diagnostics = test::briefs(log);
   for (const Diagnostic& diagnostic : log.kept()) out.texts.push_back(diagnostic.text());
@@ -36,7 +37,7 @@ ReadHeader read(std::string text) {
 NumberFormat format_of(const std::string& lines) {
   const ReadHeader out = read("M48\n" + lines + "%\n");
   EXPECT_TRUE(out.diagnostics.empty()) << out.diagnostics.front();
-  return out.header.format;
+  return out.header.format();
 }
 
 using Texts = std::vector<std::string>;
@@ -51,7 +52,7 @@ TEST(Header, EndsWithPercentOrM95) {
 TEST(Header, CommentsAndBlankLinesAreAllowed) {
   const ReadHeader out = read("; made today\n\nM48\n; hello\n\nINCH,TZ\n%\nG05\n");
   EXPECT_EQ(out.diagnostics, Texts{});
-  EXPECT_EQ(out.header.format.zeros, Zeros::TrailingKept);
+  EXPECT_EQ(out.header.format().zeros, Zeros::TrailingKept);
 }
 
 TEST(Header, WithoutM48TheBodyBeginsAtTheFirstLine) {
@@ -66,7 +67,7 @@ TEST(Header, APercentInFrontOfAHeaderlessBodyIsARewindStop) {
 TEST(Header, APercentMayStandBeforeM48) {
   const ReadHeader out = read("%\nM48\nMETRIC,TZ\n%\nT1\n");
   EXPECT_EQ(out.diagnostics, Texts{});
-  EXPECT_EQ(out.header.format.unit, LengthUnit::Millimeter);
+  EXPECT_EQ(out.header.format().unit, LengthUnit::Millimeter);
   EXPECT_EQ(out.first_body_line(), "T1");
 }
 
@@ -85,8 +86,9 @@ TEST(Header, SaysWhereAnOpenHeaderBegan) {
 /// program or enter them at the CNC-7 console."
 TEST(Header, CommandsBeforeTheFirstBlockAreAHeader) {
   const ReadHeader out = read("; by hand\nINCH,TZ\nVER,3\nG90\nICI,ON\nATC,ON\nT1C.04\nX1\n");
-  EXPECT_EQ(out.header.format.summary(), "inch 2.4, trailing zeros kept");
-  EXPECT_TRUE(out.header.states_format && out.header.states_zeros && out.header.incremental);
+  EXPECT_EQ(out.header.format().summary(), "inch 2.4, trailing zeros kept");
+  EXPECT_TRUE(out.header.stated.states_unit() && out.header.stated.states_zeros() &&
+              out.header.incremental);
   EXPECT_EQ(out.header.axis_version, 3);
   EXPECT_EQ(out.header.settings.back().text, "ATC,ON");
   EXPECT_EQ(out.first_body_line(), "T1C.04");
@@ -116,8 +118,8 @@ TEST(Header, SetUpWordsWithoutACommandBehindThemAreTheBody) {
 /// gerbv's example ekf2.
 TEST(Header, MayStandBehindSetUpWordsAndComeTwice) {
   const ReadHeader out = read("G90\nM72\nM48\nT7C0.035\n%\nG90\nM72\nM48\n%\nT7\n");
-  EXPECT_EQ(out.header.format.unit, LengthUnit::Inch);
-  EXPECT_TRUE(out.header.states_format);
+  EXPECT_EQ(out.header.format().unit, LengthUnit::Inch);
+  EXPECT_TRUE(out.header.stated.states_unit());
   EXPECT_EQ(out.header.tools.size(), 1U);
   EXPECT_EQ(out.header.end_line, 9);
   EXPECT_EQ(out.first_body_line(), "T7");
@@ -142,14 +144,14 @@ TEST(Header, AnOptionMayComeAgainInAnotherSpelling) {
   }
   const ReadHeader more = read("M48\nINCH\n%\nINCH,TZ\nT1\n");
   EXPECT_EQ(more.diagnostics, Texts{"p.exc:4:1: warning[header-word-in-body]"});
-  EXPECT_EQ(more.header.format.zeros, Zeros::TrailingKept);
+  EXPECT_EQ(more.header.format().zeros, Zeros::TrailingKept);
   EXPECT_THAT(read("M48\nICI\n%\nICI,OFF\nT1\n").texts.at(0),
               testing::HasSubstr("\"ICI,OFF\" behind \"ICI\";"));
 }
 
 TEST(Header, BlanksInACommandHaveNoMeaning) {
   const ReadHeader out = read("M48\nMETRIC, TZ ,000.00\nFOO BAR\n%\n");
-  EXPECT_EQ(out.header.format.summary(), "metric 3.2, trailing zeros kept");
+  EXPECT_EQ(out.header.format().summary(), "metric 3.2, trailing zeros kept");
   EXPECT_EQ(
       out.diagnostics,
       (Texts{"p.exc:2:1: warning[notation-accepted]", "p.exc:3:1: error[header-word-unknown]"}));
@@ -159,14 +161,14 @@ TEST(Header, BlanksInACommandHaveNoMeaning) {
 
 TEST(Header, ManualDefaultIsInchWithLeadingZeros) {
   const ReadHeader out = read("M48\n%\n");
-  EXPECT_EQ(out.header.format.summary(), "inch 2.4, leading zeros kept");
-  EXPECT_FALSE(out.header.states_format);
+  EXPECT_EQ(out.header.format().summary(), "inch 2.4, leading zeros kept");
+  EXPECT_FALSE(out.header.stated.states_unit());
 }
 
 TEST(Header, DigitsOfACommentBelongToItsUnit) {
   const std::string metric = "; Format : 3.3 / Absolute / MM / Leading\n";
   const std::string inch = "; Format : 2.4 / Absolute / Inch / Trailing\n";
-  EXPECT_EQ(read(metric + "M48\nINCH,TZ\n%\n").header.format.summary(),
+  EXPECT_EQ(read(metric + "M48\nINCH,TZ\n%\n").header.format().summary(),
             "inch 2.4, trailing zeros kept");
   EXPECT_EQ(format_of("METRIC,TZ\n" + inch).summary(), "metric 3.3, trailing zeros kept");
   EXPECT_EQ(read(metric + inch + "M48\n%\n").diagnostics,
@@ -179,7 +181,7 @@ TEST(Header, InchAndMetricStateTheFormat) {
   EXPECT_EQ(format_of("METRIC,LZ\n").summary(), "metric 3.3, leading zeros kept");
   EXPECT_EQ(format_of("METRIC,TZ,0000.00\n").summary(), "metric 4.2, trailing zeros kept");
   EXPECT_EQ(format_of("METRIC,000.00\n").summary(), "metric 3.2, leading zeros kept");
-  EXPECT_TRUE(read("M48\nMETRIC\n%\n").header.states_format);
+  EXPECT_TRUE(read("M48\nMETRIC\n%\n").header.stated.states_unit());
 }
 
 TEST(Header, CommentHintsGiveDigitsZerosAndUnit) {
@@ -233,12 +235,37 @@ TEST(Header, AUnitBehindNumbersThatItMeasuresIsRefused) {
   EXPECT_EQ(read("M48\nT1S65H20\nATC,ON\nMETRIC\n%\n").diagnostics, Texts{});
 }
 
+TEST(Header, DigitsAndZerosBehindNumbersThatTheyDecideAreRefused) {
+  const Texts late{"p.exc:4:1: error[argument-invalid]"};
+  const auto read_behind = [](const char* unit, const char* number, const char* statement) {
+    const std::string head = std::string("M48\n") + unit + "\n" + number + "\n";
+    return read(head + statement + "\n%\n").diagnostics;
+  };
+  constexpr const char* kTrailing = ";FORMAT={3:3/ absolute / metric / suppress leading zeros}";
+  for (const auto& [unit, statement] : {std::pair("METRIC,TZ", ";FILE_FORMAT=3:4"),
+                                        std::pair("METRIC,TZ", "METRIC,000.00"),
+                                        std::pair("METRIC,LZ", ";FILE_FORMAT=4:4"),
+                                        std::pair("METRIC", kTrailing)}) {
+    EXPECT_EQ(read_behind(unit, "T1C800", statement), late) << unit << statement;
+    EXPECT_EQ(read_behind(unit, "T1C.8", statement), Texts{}) << unit << statement;
+    for (const char* composite : {"CP,1,05", "ZC,X1.0Y2000", "CAN_TEXT_OFF,1.0,2000"}) {
+      EXPECT_EQ(read_behind(unit, composite, statement), late) << unit << composite;
+    }
+  }
+  EXPECT_EQ(read_behind("METRIC,TZ", "T1C800", ";FILE_FORMAT=3:3"), Texts{});
+  EXPECT_EQ(read_behind("METRIC", "T1C.8", "METRIC,TZ"), Texts{});
+  EXPECT_EQ(read_behind("METRIC", "T1C8", "METRIC,TZ"),
+            Texts{"p.exc:4:8: error[argument-invalid]"});
+  // Under LZ digits behind the point change no number.
+  EXPECT_EQ(read_behind("METRIC,LZ", "T1C08", ";FILE_FORMAT=3:4"), Texts{});
+}
+
 /// Numbers of the body are read by what stands before them; outputs state their unit at once.
 TEST(Header, OutputsHaveTheUnitThatTheBodyStates) {
   const ReadHeader out = read("T1\nM47,METRICAL\nMETRIC,TZ\nX1000Y1000\n");
-  EXPECT_EQ(out.header.format.summary(), "inch 2.4, leading zeros kept");
+  EXPECT_EQ(out.header.format().summary(), "inch 2.4, leading zeros kept");
   EXPECT_EQ(out.header.number_format().summary(), "metric 3.3, trailing zeros kept");
-  EXPECT_EQ(out.header.format_evidence, "line 3: METRIC,TZ");
+  EXPECT_EQ(out.header.format_evidence(), "line 3: METRIC,TZ");
   EXPECT_EQ(read("T1\nM71\nX1.\n").header.number_format().unit, LengthUnit::Millimeter);
   EXPECT_EQ(read("T1\nX1.\nM71\n").header.number_format().unit, LengthUnit::Inch);
   EXPECT_EQ(read("T1\nM45,a\\\nMETRIC\nX1.\n").header.number_format().unit, LengthUnit::Inch);
@@ -247,8 +274,12 @@ TEST(Header, OutputsHaveTheUnitThatTheBodyStates) {
 }
 
 TEST(Header, SaysWhichLineStatedTheFormat) {
-  EXPECT_EQ(read("M48\n\nMETRIC,TZ\n%\n").header.format_evidence, "line 3: METRIC,TZ");
-  EXPECT_EQ(read(";FILE_FORMAT=4:4\nM48\n%\n").header.format_evidence, "line 1: ;FILE_FORMAT=4:4");
+  EXPECT_EQ(read("M48\n\nMETRIC,TZ\n%\n").header.format_evidence(), "line 3: METRIC,TZ");
+  EXPECT_EQ(read("M48\nM71\n%\n").header.format_evidence(), "line 2: M71");
+  EXPECT_EQ(read("M48\nMETRIC,0000.00\nMETRIC,TZ\n%\n").header.format_evidence(),
+            "line 2: METRIC,0000.00; line 3: METRIC,TZ");
+  EXPECT_EQ(read(";FILE_FORMAT=4:4\nM48\n%\n").header.format_evidence(),
+            "line 1: ;FILE_FORMAT=4:4");
 }
 
 TEST(Header, NamesABadFormatWordAndItsColumn) {
@@ -323,6 +354,15 @@ TEST(Header, ReadsTheCommandSetAndTheAxisVersion) {
   EXPECT_EQ(read("M48\nVER,9\n%\n").diagnostics, Texts{"p.exc:2:5: error[argument-invalid]"});
 }
 
+TEST(Header, WarnsOnceOfDiametersWithZerosBeyondTheDigits) {
+  const ReadHeader out = read("M48\nMETRIC,TZ,000.000\nT1C0000800\nT2C00001000\n%\n");
+  EXPECT_EQ(out.diagnostics, Texts{"p.exc:3:3: warning[notation-accepted]"});
+  EXPECT_DOUBLE_EQ(out.header.tools.at(1).diameter->in_mm(), 0.8);
+  EXPECT_DOUBLE_EQ(out.header.tools.at(2).diameter->in_mm(), 1);
+  EXPECT_EQ(read("M48\nMETRIC,TZ\nT1C0000800\n%\n").diagnostics,
+            Texts{"p.exc:3:4: error[number-too-long]"});
+}
+
 TEST(Header, UnknownWordsNameTheNearestKnownOne) {
   const ReadHeader near = read("M48\n METRICS,LZ\n%\n");
   EXPECT_EQ(near.diagnostics, Texts{"p.exc:2:2: error[header-word-unknown]"});
@@ -334,8 +374,8 @@ TEST(Header, TakesTheModesThatCamSystemsWriteIntoIt) {
   EXPECT_TRUE(read("M48\nG91\n%\n").header.incremental);
   EXPECT_FALSE(read("M48\nICI,ON\nG90\n%\n").header.incremental);
   const ReadHeader metric = read("M48\nM71\n%\n");
-  EXPECT_EQ(metric.header.format.unit, LengthUnit::Millimeter);
-  EXPECT_TRUE(metric.header.states_format);
+  EXPECT_EQ(metric.header.format().unit, LengthUnit::Millimeter);
+  EXPECT_TRUE(metric.header.stated.states_unit());
   EXPECT_EQ(read("M48\nINCH\nM71\n%\n").diagnostics.size(), 1U);
 }
 
