@@ -26,6 +26,18 @@ bool may_be_in(const PartialFormat& setting, LengthUnit unit) {
   return setting.unit.value_or(unit) == unit;
 }
 
+/// Takes the parts of another source that `format` leaves open; digits of another unit stay out.
+void fill_from(const PartialFormat& other, PartialFormat& format) {
+  const bool takes_digits =
+      !format.digits && (!format.unit || !other.unit || *format.unit == *other.unit);
+  const bool takes_more = (!format.unit && other.unit) || (!format.zeros && other.zeros);
+  if (takes_digits) format.digits = other.digits;
+  if (!format.unit) format.unit = other.unit;
+  if (!format.zeros) format.zeros = other.zeros;
+  if (!takes_more && !(takes_digits && other.digits)) return;
+  format.from += (format.from.empty() ? "" : " and ") + other.from;
+}
+
 /// The digits behind %% state the numbers, but --format another unit.
 bool is_overridden(const FormatMark& mark, const PartialFormat& forced) {
   return !mark.setting.empty() && !mark.is_special && forced.unit == LengthUnit::Inch;
@@ -36,7 +48,7 @@ PartialFormat stated_numbers(const FormatMark& mark, const ReadOptions& reading)
   PartialFormat stated = reading.forced_format;
   const PartialFormat& last = reading.last_format;
   if (mark.setting.empty() || mark.is_special) {
-    stated.fill_from(last);
+    fill_from(last, stated);
     return stated;
   }
   // The digits of a unit that --format alone names are those of the control in that unit.
@@ -132,7 +144,7 @@ FormatChoice choose_format(const FormatMark& mark,
     return {.format = mark.file};
   }
   PartialFormat of_control = forced;
-  of_control.fill_from(reading.last_format);
+  fill_from(reading.last_format, of_control);
   choice.leaves_subprograms = !mean_the_same(format, format_from(of_control, mark.file));
   if (mark.is_special) return choice;
   if (mark.setting.empty()) {
