@@ -173,14 +173,17 @@ std::optional<double> left_out_rms(std::span<const RawPair> pairs,
     const Index row = equations.first[i];
     const Index n_rows = equations.first[i + 1] - row;
     const MatrixXd v = split.rest.middleRows(row, n_rows);
-    VectorXd white = VectorXd::Zero(n_rows);
+    Eigen::Vector2d white = Eigen::Vector2d::Zero();
     for (Index k = 0; k < smoothing.weight.size(); ++k) {
       if (smoothing.weight[k] < kNoWeight) continue;
       const VectorXd kept = (1 - smoothing.shrinkage.col(k).array()).matrix();
-      const MatrixXd left = propagated_diagonal(v, kept);
-      const Eigen::FullPivLU<MatrixXd> lu(left);
-      if (!(std::abs(lu.determinant()) > kNoPanelResidual)) return std::nullopt;
-      white += smoothing.weight[k] * lu.solve(v * kept.cwiseProduct(split.z));
+      // A target has two rows, a slot one.
+      Eigen::Matrix2d left = Eigen::Matrix2d::Identity();
+      left.topLeftCorner(n_rows, n_rows) = propagated_diagonal(v, kept);
+      if (!(std::abs(left.determinant()) > kNoPanelResidual)) return std::nullopt;
+      Eigen::Vector2d seen = Eigen::Vector2d::Zero();
+      seen.head(n_rows) = v * kept.cwiseProduct(split.z);
+      white += smoothing.weight[k] * (left.inverse() * seen);
     }
     if (n_rows == 2) white = whitening(pairs[i])->inverse() * white;
     if (n_rows == 1) white /= whitening(pairs[i])->sum();

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "calib/base/append_format.h"
 #include "calib/base/clock.h"
 #include "calib/base/files/atomic_file.h"
 #include "calib/base/json/noted_head.h"
@@ -228,7 +229,7 @@ std::string geometry_text(const TableGeometry& geometry) {
   for (int i = 0; i < kN; ++i) {
     const Eigen::Matrix<double, 1, kN> row = geometry.cov.row(i);
     text += fmt::format(
-        "    [{}]{}\n", fmt::join(row.data(), row.data() + kN, ", "), i + 1 < kN ? "," : "");
+        "    [{}]{}\n", internal::joined({row.data(), kN}, ", "), i + 1 < kN ? "," : "");
   }
   return text + "  ],\n";
 }

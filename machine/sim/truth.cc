@@ -3,12 +3,12 @@
 
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <set>
 #include <span>
 #include <utility>
 
+#include "calib/base/append_format.h"
 #include "calib/base/files/atomic_file.h"
 #include "calib/base/json/strict_json.h"
 #include "calib/base/statistics/random.h"
@@ -63,14 +63,14 @@ Transform<frame::Nominal, frame::Nominal> board_map(const SimConfig& sim,
 void append_map(std::string& out, const Map& map) {
   const Eigen::Matrix2d& a = map.linear();
   const Eigen::Vector2d& t = map.translation();
-  fmt::format_to(std::back_inserter(out),
-                 "\"linear\":[[{},{}],[{},{}]],\"translation_mm\":[{},{}]",
-                 a(0, 0),
-                 a(0, 1),
-                 a(1, 0),
-                 a(1, 1),
-                 t.x(),
-                 t.y());
+  internal::append_format(out,
+                          "\"linear\":[[{},{}],[{},{}]],\"translation_mm\":[{},{}]",
+                          a(0, 0),
+                          a(0, 1),
+                          a(1, 0),
+                          a(1, 1),
+                          t.x(),
+                          t.y());
 }
 
 Diagnostic invalid_truth(const std::string& file, std::string what, std::string expected) {
@@ -225,14 +225,13 @@ Truth make_truth(const SimConfig& sim, std::span<const MeasurementRequest> reque
 
 std::string truth_text(const Truth& truth) {
   std::string out;
-  const auto to = [&] { return std::back_inserter(out); };
-  fmt::format_to(
-      to(), "{{\"kind\":\"truth\",\"version\":{},\"seed\":{},\n\"panel\":{{", kVersion, truth.seed);
+  internal::append_format(
+      out, "{{\"kind\":\"truth\",\"version\":{},\"seed\":{},\n\"panel\":{{", kVersion, truth.seed);
   append_map(out, truth.panel);
   out += "},\n\"instances\":[";
   std::string_view separator = "\n";
   for (const auto& [path, map] : truth.instances) {
-    fmt::format_to(to(), "{}{{\"path\":[{}],", separator, fmt::join(path, ","));
+    internal::append_format(out, "{}{{\"path\":[{}],", separator, fmt::join(path, ","));
     append_map(out, map);
     out += '}';
     separator = ",\n";
@@ -242,17 +241,17 @@ std::string truth_text(const Truth& truth) {
   for (const Truth::Target& target : truth.targets) {
     const Eigen::Vector2d& nominal_mm = target.nominal.in_mm();
     const Eigen::Vector2d& actual_mm = target.actual.in_mm();
-    fmt::format_to(to(),
-                   "{}{{\"seq\":{},\"nominal\":[{},{}],\"actual\":[{},{}]",
-                   separator,
-                   target.seq,
-                   nominal_mm.x(),
-                   nominal_mm.y(),
-                   actual_mm.x(),
-                   actual_mm.y());
+    internal::append_format(out,
+                            "{}{{\"seq\":{},\"nominal\":[{},{}],\"actual\":[{},{}]",
+                            separator,
+                            target.seq,
+                            nominal_mm.x(),
+                            nominal_mm.y(),
+                            actual_mm.x(),
+                            actual_mm.y());
     if (target.hole_offset) {
       const Eigen::Vector2d& hole_mm = target.hole_offset->in_mm();
-      fmt::format_to(to(), ",\"hole_offset\":[{},{}]", hole_mm.x(), hole_mm.y());
+      internal::append_format(out, ",\"hole_offset\":[{},{}]", hole_mm.x(), hole_mm.y());
     }
     out += '}';
     separator = ",\n";

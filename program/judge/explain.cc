@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <iterator>
 
+#include "calib/base/append_format.h"
 #include "program/judge/place_budget.h"
 #include "program/judge/stated_risk.h"
 #include <fmt/format.h>
@@ -181,27 +181,32 @@ void Explainer::explain(const Operation& operation, const PlacedPoint& place) {
   for (const auto& [name, pattern] : program_.patterns) {
     if (!is_main && pattern.file == file) line = source_line(pattern.bytes, operation.line);
   }
-  auto to = std::back_inserter(text_);
   if (!text_.empty()) text_ += '\n';
-  fmt::format_to(
-      to, "{} {}: {}:{}: {}\n", operation_name(operation), n_places_, file, operation.line, line);
-  fmt::format_to(to,
-                 "  tool        {}{}, taken in line {}\n",
-                 tool_.number,
-                 tool_.diameter ? fmt::format(", diameter {:.4f} mm", tool_.diameter->in_mm()) : "",
-                 origin.tool_line);
-  fmt::format_to(to, "  programmed  {}\n", point(origin.programmed.in_mm()));
-  fmt::format_to(to,
-                 "  placement   path [{}]: {}\n",
-                 fmt::join(operation.path, ","),
-                 map_text(*origin.placement));
-  fmt::format_to(to, "  nominal     {}\n", point(place.nominal.in_mm()));
+  internal::append_format(text_,
+                          "{} {}: {}:{}: {}\n",
+                          operation_name(operation),
+                          n_places_,
+                          file,
+                          operation.line,
+                          line);
+  internal::append_format(
+      text_,
+      "  tool        {}{}, taken in line {}\n",
+      tool_.number,
+      tool_.diameter ? fmt::format(", diameter {:.4f} mm", tool_.diameter->in_mm()) : "",
+      origin.tool_line);
+  internal::append_format(text_, "  programmed  {}\n", point(origin.programmed.in_mm()));
+  internal::append_format(text_,
+                          "  placement   path [{}]: {}\n",
+                          fmt::join(operation.path, ","),
+                          map_text(*origin.placement));
+  internal::append_format(text_, "  nominal     {}\n", point(place.nominal.in_mm()));
   if (origin.scaling != nullptr) {
-    fmt::format_to(to, "  scaling     {}\n", map_text(*origin.scaling));
+    internal::append_format(text_, "  scaling     {}\n", map_text(*origin.scaling));
   }
   explain_correction(origin);
-  fmt::format_to(
-      to,
+  internal::append_format(
+      text_,
       "  corrected   {}, sigma ({:.3f}, {:.3f}) um{}\n",
       point(place.corrected.in_mm()),
       std::sqrt(place.cov_mm2(0, 0)) * 1e3,
@@ -210,25 +215,25 @@ void Explainer::explain(const Operation& operation, const PlacedPoint& place) {
   text_ += budget_text(error_budget(budget_place(place, origin), survey_, machine_));
   explain_risk(place, origin);
   explain_depth(operation);
-  fmt::format_to(to, "  work zero   {}\n", point(origin.work_zero->in_mm()));
+  internal::append_format(text_, "  work zero   {}\n", point(origin.work_zero->in_mm()));
   if (const Eigen::Vector2d table_mm = place.commanded.in_mm() - place.corrected.in_mm();
       !table_mm.isZero(0)) {
-    fmt::format_to(to,
-                   "  table map   ({:+.2f}, {:+.2f}) um to the command\n",
-                   table_mm.x() * 1e3,
-                   table_mm.y() * 1e3);
+    internal::append_format(text_,
+                            "  table map   ({:+.2f}, {:+.2f}) um to the command\n",
+                            table_mm.x() * 1e3,
+                            table_mm.y() * 1e3);
   }
-  fmt::format_to(to, "  machine     {}\n", point(place.actual.in_mm()));
+  internal::append_format(text_, "  machine     {}\n", point(place.actual.in_mm()));
 }
 
 void Explainer::explain_correction(const Origin& origin) {
   if (origin.i_measurement) {
     const Measurement& target = survey_.measurements[*origin.i_measurement];
-    fmt::format_to(std::back_inserter(text_),
-                   "  correction  none: {} target {} was measured at {}\n",
-                   target.request.command,
-                   target.request.seq,
-                   point(target.measured.position.in_mm()));
+    internal::append_format(text_,
+                            "  correction  none: {} target {} was measured at {}\n",
+                            target.request.command,
+                            target.request.seq,
+                            point(target.measured.position.in_mm()));
     text_ += calibration_text(survey_.calibration_of(*origin.i_measurement));
     return;
   }
@@ -238,39 +243,40 @@ void Explainer::explain_correction(const Origin& origin) {
 }
 
 void Explainer::explain_series(std::string_view name, std::size_t i_series) {
-  auto to = std::back_inserter(text_);
   const SeriesResult& series = survey_.series[i_series];
-  fmt::format_to(to,
-                 "  {:<11} {}, measured from line {}, path [{}]: {}{}\n",
-                 name,
-                 model_text(series),
-                 series.line,
-                 fmt::join(series.path, ","),
-                 series.is_smooth() ? "near " : "",
-                 series.base ? map_text(series.base->map.map) : map_text(series.nested->map.map));
+  internal::append_format(
+      text_,
+      "  {:<11} {}, measured from line {}, path [{}]: {}{}\n",
+      name,
+      model_text(series),
+      series.line,
+      fmt::join(series.path, ","),
+      series.is_smooth() ? "near " : "",
+      series.base ? map_text(series.base->map.map) : map_text(series.nested->map.map));
   text_ += calibration_text(survey_.calibration_of(series));
   if (series.assignment) text_ += "    chosen jointly: " + series.assignment->text() + "\n";
   for (std::size_t i = 0; i < series.points.size(); ++i) {
     const Measurement& target = survey_.measurements[series.points[i]];
     const Eigen::Vector2d residual_mm =
         series.base ? series.base->residuals[i].in_mm() : series.nested->residuals[i].in_mm();
-    fmt::format_to(to,
-                   "    {} target {}: nominal {}, measured {}, residual ({:+.3f}, {:+.3f}) um\n",
-                   target.request.command,
-                   target.request.seq,
-                   point(target.request.nominal.in_mm()),
-                   point(target.measured.position.in_mm()),
-                   residual_mm.x() * 1e3,
-                   residual_mm.y() * 1e3);
+    internal::append_format(
+        text_,
+        "    {} target {}: nominal {}, measured {}, residual ({:+.3f}, {:+.3f}) um\n",
+        target.request.command,
+        target.request.seq,
+        point(target.request.nominal.in_mm()),
+        point(target.measured.position.in_mm()),
+        residual_mm.x() * 1e3,
+        residual_mm.y() * 1e3);
   }
   for (const std::size_t i : series.dropped) {
     const Measurement& target = survey_.measurements[i];
-    fmt::format_to(to,
-                   "    {} target {}: nominal {}, measured {}, left out of the fit\n",
-                   target.request.command,
-                   target.request.seq,
-                   point(target.request.nominal.in_mm()),
-                   point(target.measured.position.in_mm()));
+    internal::append_format(text_,
+                            "    {} target {}: nominal {}, measured {}, left out of the fit\n",
+                            target.request.command,
+                            target.request.seq,
+                            point(target.request.nominal.in_mm()),
+                            point(target.measured.position.in_mm()));
   }
 }
 
@@ -280,10 +286,8 @@ void Explainer::explain_risk(const PlacedPoint& place, const Origin& origin) {
   const std::string risk = place.judged_risk
                                ? risk_words(place, budget_place(place, origin), survey_, machine_)
                                : "not known without a correction";
-  fmt::format_to(std::back_inserter(text_),
-                 "  tolerance   {:.4g} um, risk of breaking it {}\n",
-                 radius->in_um(),
-                 risk);
+  internal::append_format(
+      text_, "  tolerance   {:.4g} um, risk of breaking it {}\n", radius->in_um(), risk);
 }
 
 void Explainer::explain_depth(const Operation& operation) {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/model/calibration_order.h"
 
-#include <iterator>
-
+#include "calib/base/append_format.h"
 #include "program/text/json_text.h"
 #include <fmt/format.h>
 
@@ -11,17 +10,17 @@ namespace {
 
 /// The settings are orders to the camera, not a part of what is recorded: as of a focus.
 void append_order(std::string& out, const CalibrationOrder& order) {
-  auto to = std::back_inserter(out);
-  fmt::format_to(to, "{{\"calibration\":{},\"line\":{},\"command\":", order.number, order.line);
+  internal::append_format(
+      out, "{{\"calibration\":{},\"line\":{},\"command\":", order.number, order.line);
   append_json_string(out, order.command);
-  fmt::format_to(to, ",\"path\":[{}]", fmt::join(order.path, ","));
+  internal::append_format(out, ",\"path\":[{}]", fmt::join(order.path, ","));
   append_pattern(out, order.pattern());
   if (order.first_hole) {
     const Eigen::Vector2d& first_mm = order.first_hole->in_mm();
-    fmt::format_to(to, ",\"first_hole\":[{},{}]", first_mm.x(), first_mm.y());
+    internal::append_format(out, ",\"first_hole\":[{},{}]", first_mm.x(), first_mm.y());
   }
-  if (order.lamp) fmt::format_to(to, ",\"lamp\":{}", *order.lamp);
-  if (order.zoom) fmt::format_to(to, ",\"zoom\":{}", *order.zoom);
+  if (order.lamp) internal::append_format(out, ",\"lamp\":{}", *order.lamp);
+  if (order.zoom) internal::append_format(out, ",\"zoom\":{}", *order.zoom);
 }
 
 }  // namespace
@@ -35,12 +34,12 @@ std::string to_json(const CalibrationOrder& order) {
 std::string to_json(const CalibrationAnswer& answer) {
   std::string out;
   append_order(out, answer.order);
-  auto to = std::back_inserter(out);
   if (answer.offset) {
     const Eigen::Vector2d& offset_mm = answer.offset->offset.in_mm();
     const Eigen::Matrix2d& cov_mm2 = answer.offset->cov_mm2;
-    fmt::format_to(to, ",\"offset\":[{},{}]", offset_mm.x(), offset_mm.y());
-    fmt::format_to(to, ",\"cov\":[{},{},{}]", cov_mm2(0, 0), cov_mm2(0, 1), cov_mm2(1, 1));
+    internal::append_format(out, ",\"offset\":[{},{}]", offset_mm.x(), offset_mm.y());
+    internal::append_format(
+        out, ",\"cov\":[{},{},{}]", cov_mm2(0, 0), cov_mm2(0, 1), cov_mm2(1, 1));
   }
   out += ",\"text\":";
   append_json_string(out, answer.text);

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <array>
-#include <iterator>
 #include <utility>
 
+#include "calib/base/append_format.h"
 #include "program/text/json_text.h"
 #include <fmt/format.h>
 
@@ -20,19 +20,19 @@ constexpr std::array<std::pair<MeasurementStatus, std::string_view>, 4> kStatusN
 }};
 
 void append_settings(std::string& out, const VisionSettings& settings) {
-  auto to = std::back_inserter(out);
   if (settings.tools.size() > 1) {
-    fmt::format_to(to, ",\"tools\":[{}]", fmt::join(settings.tools, ","));
+    internal::append_format(out, ",\"tools\":[{}]", fmt::join(settings.tools, ","));
   }
-  if (settings.delta) fmt::format_to(to, ",\"delta\":{}", settings.delta->in_mm());
-  if (settings.inspections != 1) fmt::format_to(to, ",\"inspections\":{}", settings.inspections);
-  if (settings.search) fmt::format_to(to, ",\"search\":{}", *settings.search);
+  if (settings.delta) internal::append_format(out, ",\"delta\":{}", settings.delta->in_mm());
+  if (settings.inspections != 1)
+    internal::append_format(out, ",\"inspections\":{}", settings.inspections);
+  if (settings.search) internal::append_format(out, ",\"search\":{}", *settings.search);
   if (settings.search_area) {
-    fmt::format_to(to, ",\"search_area\":{}", settings.search_area->in_mm());
+    internal::append_format(out, ",\"search_area\":{}", settings.search_area->in_mm());
   }
-  if (settings.lamp) fmt::format_to(to, ",\"lamp\":{}", *settings.lamp);
-  if (settings.zoom) fmt::format_to(to, ",\"zoom\":{}", *settings.zoom);
-  if (settings.algorithm) fmt::format_to(to, ",\"algorithm\":{}", *settings.algorithm);
+  if (settings.lamp) internal::append_format(out, ",\"lamp\":{}", *settings.lamp);
+  if (settings.zoom) internal::append_format(out, ",\"zoom\":{}", *settings.zoom);
+  if (settings.algorithm) internal::append_format(out, ",\"algorithm\":{}", *settings.algorithm);
 }
 
 /// A lone candidate that was found is the measured place.
@@ -42,39 +42,39 @@ bool lists_more_than_found(const Measurement& measurement) {
 }
 
 void append_candidates(std::string& out, const Measurement& measurement) {
-  auto to = std::back_inserter(out);
   if (lists_more_than_found(measurement)) {
     std::string places;
     std::string by_camera;
     for (const MeasuredCandidate& c : measurement.candidates) {
       const Eigen::Vector2d& at_mm = c.place.position.in_mm();
       const Eigen::Matrix2d& cov_mm2 = c.place.cov;
-      fmt::format_to(std::back_inserter(places),
-                     "{}{},{},{},{},{},{},{}",
-                     places.empty() ? "" : ",",
-                     at_mm.x(),
-                     at_mm.y(),
-                     cov_mm2(0, 0),
-                     cov_mm2(0, 1),
-                     cov_mm2(1, 1),
-                     c.score,
-                     c.counts ? 1 : 0);
+      internal::append_format(places,
+                              "{}{},{},{},{},{},{},{}",
+                              places.empty() ? "" : ",",
+                              at_mm.x(),
+                              at_mm.y(),
+                              cov_mm2(0, 0),
+                              cov_mm2(0, 1),
+                              cov_mm2(1, 1),
+                              c.score,
+                              c.counts ? 1 : 0);
       const Eigen::Matrix<double, 2, 5, Eigen::RowMajor> rows = c.by_camera;
-      fmt::format_to(std::back_inserter(by_camera),
-                     "{}{}",
-                     by_camera.empty() ? "" : ",",
-                     fmt::join(rows.data(), rows.data() + rows.size(), ","));
+      internal::append_format(by_camera,
+                              "{}{}",
+                              by_camera.empty() ? "" : ",",
+                              internal::joined({rows.data(), rows.SizeAtCompileTime}, ","));
     }
-    fmt::format_to(to, ",\"candidates\":[{}],\"candidates_by_camera\":[{}]", places, by_camera);
+    internal::append_format(
+        out, ",\"candidates\":[{}],\"candidates_by_camera\":[{}]", places, by_camera);
   }
   if (!measurement.listed) return;
   std::vector<double> corners_mm;
   for (const Position<frame::Actual>& corner : measurement.listed->corners) {
     corners_mm.insert(corners_mm.end(), {corner.in_mm().x(), corner.in_mm().y()});
   }
-  fmt::format_to(to, ",\"listed_area\":[{}]", fmt::join(corners_mm, ","));
+  internal::append_format(out, ",\"listed_area\":[{}]", internal::joined(corners_mm, ","));
   if (measurement.listed->radius) {
-    fmt::format_to(to, ",\"search_radius\":{}", measurement.listed->radius->in_mm());
+    internal::append_format(out, ",\"search_radius\":{}", measurement.listed->radius->in_mm());
   }
 }
 
@@ -83,24 +83,23 @@ void append_request(std::string& out, const MeasurementRequest& request) {
   const Eigen::Vector2d& nominal_mm = request.nominal.in_mm();
   const Eigen::Vector2d& expected_mm = request.expected.in_mm();
   const bool is_focus = request.seq < 0;
-  auto to = std::back_inserter(out);
   if (is_focus) {
     out += "{\"focus\":true";
   } else {
-    fmt::format_to(to, "{{\"seq\":{}", request.seq);
+    internal::append_format(out, "{{\"seq\":{}", request.seq);
   }
-  fmt::format_to(to, ",\"line\":{},\"command\":\"{}\"", request.line, request.command);
+  internal::append_format(out, ",\"line\":{},\"command\":\"{}\"", request.line, request.command);
   if (!is_focus) {
     const std::vector<int>& tools = request.settings.tools;
-    fmt::format_to(to, ",\"tool\":{}", tools.empty() ? 0 : tools.front());
+    internal::append_format(out, ",\"tool\":{}", tools.empty() ? 0 : tools.front());
   }
-  fmt::format_to(to,
-                 ",\"nominal\":[{},{}],\"expected\":[{},{}],\"path\":[{}]",
-                 nominal_mm.x(),
-                 nominal_mm.y(),
-                 expected_mm.x(),
-                 expected_mm.y(),
-                 fmt::join(request.path, ","));
+  internal::append_format(out,
+                          ",\"nominal\":[{},{}],\"expected\":[{},{}],\"path\":[{}]",
+                          nominal_mm.x(),
+                          nominal_mm.y(),
+                          expected_mm.x(),
+                          expected_mm.y(),
+                          fmt::join(request.path, ","));
   append_pattern(out, request.pattern());
   if (request.axes != ObservedAxes::Both) {
     out += request.axes == ObservedAxes::X ? ",\"axes\":\"x\"" : ",\"axes\":\"y\"";
@@ -157,28 +156,28 @@ std::string to_json(const MeasurementRequest& request) {
 std::string to_json(const Measurement& measurement) {
   std::string out;
   append_request(out, measurement.request);
-  auto to = std::back_inserter(out);
   if (measurement.status == MeasurementStatus::Found) {
     const Eigen::Vector2d& measured_mm = measurement.measured.position.in_mm();
     const Eigen::Matrix2d& cov_mm2 = measurement.measured.cov;
-    fmt::format_to(to, ",\"measured\":[{},{}]", measured_mm.x(), measured_mm.y());
-    fmt::format_to(to, ",\"cov\":[{},{},{}]", cov_mm2(0, 0), cov_mm2(0, 1), cov_mm2(1, 1));
+    internal::append_format(out, ",\"measured\":[{},{}]", measured_mm.x(), measured_mm.y());
+    internal::append_format(
+        out, ",\"cov\":[{},{},{}]", cov_mm2(0, 0), cov_mm2(0, 1), cov_mm2(1, 1));
     if (measurement.by_camera) {
       const Eigen::Matrix<double, 2, 5, Eigen::RowMajor> rows = *measurement.by_camera;
-      fmt::format_to(
-          to, ",\"by_camera\":[{}]", fmt::join(rows.data(), rows.data() + rows.size(), ","));
+      internal::append_format(
+          out, ",\"by_camera\":[{}]", internal::joined({rows.data(), rows.SizeAtCompileTime}, ","));
     }
   }
   if (measurement.scatter) {
     const Eigen::Vector2d& scatter_mm = measurement.scatter->in_mm();
-    fmt::format_to(to, ",\"scatter\":[{},{}]", scatter_mm.x(), scatter_mm.y());
+    internal::append_format(out, ",\"scatter\":[{},{}]", scatter_mm.x(), scatter_mm.y());
   }
-  if (measurement.score) fmt::format_to(to, ",\"score\":{}", *measurement.score);
+  if (measurement.score) internal::append_format(out, ",\"score\":{}", *measurement.score);
   if (!measurement.image.empty()) {
     out += ",\"image\":";
     append_json_string(out, measurement.image);
   }
-  fmt::format_to(std::back_inserter(out), ",\"status\":\"{}\"", name(measurement.status));
+  internal::append_format(out, ",\"status\":\"{}\"", name(measurement.status));
   if (!measurement.reason.empty()) {
     out += ",\"reason\":";
     append_json_string(out, measurement.reason);

@@ -2,11 +2,9 @@
 #include "program/text/json_text.h"
 
 #include <cstddef>
-#include <iterator>
 
+#include "calib/base/append_format.h"
 #include "program/text/utf8.h"
-#include <fmt/format.h>
-
 namespace panelcal {
 
 void append_json_string(std::string& out, std::string_view text) {
@@ -18,7 +16,7 @@ void append_json_string(std::string& out, std::string_view text) {
       out += '\\';
       out += text.front();
     } else if (byte < 0x20 || byte == 0x7F || length == 0) {
-      fmt::format_to(std::back_inserter(out), "\\u{:04x}", byte);
+      internal::append_format(out, "\\u{:04x}", byte);
       length = 1;
     } else {
       out += text.substr(0, length);

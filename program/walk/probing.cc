@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/walk/probing.h"
 
-#include <iterator>
-
+#include "calib/base/append_format.h"
 #include "program/text/json_text.h"
 #include <fmt/format.h>
 
@@ -19,24 +18,23 @@ std::string open_object(const ProbeRequest& request) {
   std::string out =
       fmt::format("{{\"probe\":{},\"line\":{},\"command\":", request.seq, request.line);
   append_json_string(out, request.command);
-  const auto to = std::back_inserter(out);
-  fmt::format_to(to,
-                 ",\"tool\":{},\"nominal\":[{},{}],\"expected\":[{},{}],\"path\":[{}]",
-                 request.tool,
-                 nominal_mm.x(),
-                 nominal_mm.y(),
-                 expected_mm.x(),
-                 expected_mm.y(),
-                 fmt::join(request.path, ","));
+  internal::append_format(out,
+                          ",\"tool\":{},\"nominal\":[{},{}],\"expected\":[{},{}],\"path\":[{}]",
+                          request.tool,
+                          nominal_mm.x(),
+                          nominal_mm.y(),
+                          expected_mm.x(),
+                          expected_mm.y(),
+                          fmt::join(request.path, ","));
   append_pattern(out, request.pattern());
-  if (request.memory) fmt::format_to(to, ",\"L\":{}", *request.memory);
-  if (request.depth) fmt::format_to(to, ",\"depth\":{}", request.depth->in_mm());
-  fmt::format_to(to, ",\"reference\":{}", request.reference.in_mm());
+  if (request.memory) internal::append_format(out, ",\"L\":{}", *request.memory);
+  if (request.depth) internal::append_format(out, ",\"depth\":{}", request.depth->in_mm());
+  internal::append_format(out, ",\"reference\":{}", request.reference.in_mm());
   return out;
 }
 
 void close_reading(std::string& out, const ProbeReading& reading) {
-  fmt::format_to(std::back_inserter(out), ",\"status\":\"{}\"", name(reading.status));
+  internal::append_format(out, ",\"status\":\"{}\"", name(reading.status));
   if (!reading.reason.empty()) {
     out += ",\"reason\":";
     append_json_string(out, reading.reason);
@@ -80,11 +78,11 @@ std::string to_json(const ProbeReading& reading) {
   for (std::size_t axis = 0; axis < reading.heights.size(); ++axis) {
     if (axis > 0) out += '\n';
     out += request;
-    fmt::format_to(std::back_inserter(out),
-                   ",\"zaxis\":{},\"height\":{},\"sigma\":{}",
-                   axis,
-                   reading.heights[axis].height.in_mm(),
-                   reading.heights[axis].sigma.in_mm());
+    internal::append_format(out,
+                            ",\"zaxis\":{},\"height\":{},\"sigma\":{}",
+                            axis,
+                            reading.heights[axis].height.in_mm(),
+                            reading.heights[axis].sigma.in_mm());
     close_reading(out, reading);
   }
   return out;

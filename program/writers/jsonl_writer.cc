@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/writers/jsonl_writer.h"
 
-#include <iterator>
 #include <string_view>
 #include <variant>
 
+#include "calib/base/append_format.h"
 #include "program/text/json_text.h"
 #include "program/writers/words.h"
 #include <fmt/format.h>
@@ -223,7 +223,7 @@ void JsonlWriter::put(const Operation& operation) {
     if (const auto judged = judge_->judge(operation)) keys.depth_risk(judged->risk);
   }
   if (!operation.path.empty()) {
-    fmt::format_to(std::back_inserter(out), ",\"path\":[{}]", fmt::join(operation.path, ","));
+    internal::append_format(out, ",\"path\":[{}]", fmt::join(operation.path, ","));
   }
   out += "}\n";
   flush_if_large();

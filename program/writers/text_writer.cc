@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <iterator>
 #include <utility>
 
 #include <fmt/format.h>
@@ -113,7 +112,10 @@ Expected<void> TextWriter::finish() {
 char* write_fixed(char* at, double value, int n_decimals) {
   const double scaled = std::abs(value * kScale[static_cast<std::size_t>(n_decimals)]);
   // Beyond exact whole numbers, and NaN.
-  if (!(scaled < 9e15)) return fmt::format_to(at, "{}", value);
+  if (!(scaled < 9e15)) {
+    const std::string text = fmt::format("{}", value);
+    return std::copy(text.begin(), text.end(), at);
+  }
   const auto steps =
       static_cast<std::uint64_t>(static_cast<std::int64_t>(scaled + internal::kBelowHalf));
   const std::uint32_t unit = kWholeScale[static_cast<std::size_t>(n_decimals)];

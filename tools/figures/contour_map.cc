@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <numbers>
 #include <span>
 
+#include "calib/base/append_format.h"
 #include "program/writers/svg/sheet.h"
 #include "tools/figures/text.h"
 #include <fmt/format.h>
@@ -79,8 +79,7 @@ std::string path_of(const View& view, const Line& line) {
   std::string out;
   for (const Vector2d& p : line.points) {
     const Vector2d at = view.at(p);
-    fmt::format_to(
-        std::back_inserter(out), "{}{:.1f} {:.1f}", out.empty() ? "M" : "L", at.x(), at.y());
+    internal::append_format(out, "{}{:.1f} {:.1f}", out.empty() ? "M" : "L", at.x(), at.y());
   }
   return out + (line.is_closed ? "Z" : "");
 }

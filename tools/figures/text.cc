@@ -5,8 +5,8 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <iterator>
 
+#include "calib/base/append_format.h"
 #include <fmt/format.h>
 
 namespace panelcal::report {
@@ -79,8 +79,7 @@ std::string escaped(std::string_view text) {
           out += text.substr(0, length);
         } else {
           length = 1;
-          fmt::format_to(
-              std::back_inserter(out), "\\x{:02x}", static_cast<unsigned char>(text.front()));
+          internal::append_format(out, "\\x{:02x}", static_cast<unsigned char>(text.front()));
         }
     }
     text.remove_prefix(length);

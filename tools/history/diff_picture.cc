@@ -2,9 +2,9 @@
 #include "tools/history/diff_picture.h"
 
 #include <algorithm>
-#include <iterator>
 #include <string_view>
 
+#include "calib/base/append_format.h"
 #include "tools/figures/svg.h"
 #include "tools/figures/text.h"
 #include <fmt/format.h>
@@ -54,8 +54,7 @@ std::string outline(const View& view, const std::vector<Position<frame::Nominal>
   std::string data;
   for (const Position<frame::Nominal>& corner : corners) {
     const Eigen::Vector2d at = view.at(corner.in_mm());
-    fmt::format_to(
-        std::back_inserter(data), "{}{:.1f} {:.1f}", data.empty() ? "M" : "L", at.x(), at.y());
+    internal::append_format(data, "{}{:.1f} {:.1f}", data.empty() ? "M" : "L", at.x(), at.y());
   }
   return fmt::format("<path class=\"hull\" d=\"{}Z\"/>\n", data);
 }
@@ -64,7 +63,7 @@ std::string targets(const View& view, const std::vector<Position<frame::Nominal>
   std::string data;
   for (const Position<frame::Nominal>& place : places) {
     const Eigen::Vector2d at = view.at(place.in_mm());
-    fmt::format_to(std::back_inserter(data), "M{:.1f} {:.1f}h12m-6 -6v12", at.x() - 6, at.y());
+    internal::append_format(data, "M{:.1f} {:.1f}h12m-6 -6v12", at.x() - 6, at.y());
   }
   return data.empty() ? data : fmt::format("<path class=\"target\" d=\"{}\"/>\n", data);
 }

@@ -2,50 +2,48 @@
 #include "tools/locate/located_json.h"
 
 #include <cstddef>
-#include <iterator>
 #include <string_view>
 
+#include "calib/base/append_format.h"
 #include "program/text/json_text.h"
 #include "vision/show/overlay.h"
-#include <fmt/format.h>
-
 namespace panelcal {
 namespace {
 
 void append_point(std::string& out, const Eigen::Vector2d& v_px) {
-  fmt::format_to(std::back_inserter(out), "[{},{}]", v_px.x(), v_px.y());
+  internal::append_format(out, "[{},{}]", v_px.x(), v_px.y());
 }
 
 void append_center(std::string& out, const TargetFit& fit) {
   const Eigen::Matrix2d& cov_px2 = fit.center.cov;
   out += ",\"center_px\":";
   append_point(out, fit.center.position.in_px());
-  fmt::format_to(std::back_inserter(out),
-                 ",\"cov_px\":[{},{},{}],\"size_px\":{:.4f},\"angle_rad\":{:.6f},\"score\":{:.4f}",
-                 cov_px2(0, 0),
-                 cov_px2(0, 1),
-                 cov_px2(1, 1),
-                 fit.size.in_px(),
-                 fit.angle.in_rad(),
-                 fit.score);
+  internal::append_format(
+      out,
+      ",\"cov_px\":[{},{},{}],\"size_px\":{:.4f},\"angle_rad\":{:.6f},\"score\":{:.4f}",
+      cov_px2(0, 0),
+      cov_px2(0, 1),
+      cov_px2(1, 1),
+      fit.size.in_px(),
+      fit.angle.in_rad(),
+      fit.score);
 }
 
 void append_details(std::string& out, const TargetFit& fit) {
-  auto to = std::back_inserter(out);
-  fmt::format_to(to,
-                 ",\"visible\":{:.4f},\"blur_px\":{:.4f},\"noise\":{:.4f}",
-                 fit.visible,
-                 fit.blur_px,
-                 fit.noise);
-  if (fit.axis_ratio != 1) fmt::format_to(to, ",\"axis_ratio\":{:.6f}", fit.axis_ratio);
+  internal::append_format(out,
+                          ",\"visible\":{:.4f},\"blur_px\":{:.4f},\"noise\":{:.4f}",
+                          fit.visible,
+                          fit.blur_px,
+                          fit.noise);
+  if (fit.axis_ratio != 1) internal::append_format(out, ",\"axis_ratio\":{:.6f}", fit.axis_ratio);
   if (!fit.hole_offset_px.isZero(0)) {
     out += ",\"hole_offset_px\":";
     append_point(out, fit.hole_offset_px);
   }
   if (fit.blind_direction) {
-    fmt::format_to(to, ",\"blind_rad\":{:.6f}", fit.blind_direction->in_rad());
+    internal::append_format(out, ",\"blind_rad\":{:.6f}", fit.blind_direction->in_rad());
   }
-  if (fit.tag_id) fmt::format_to(to, ",\"id\":{}", *fit.tag_id);
+  if (fit.tag_id) internal::append_format(out, ",\"id\":{}", *fit.tag_id);
   if (fit.corners.empty()) return;
   out += ",\"corners_px\":[";
   for (std::size_t i = 0; i < fit.corners.size(); ++i) {
@@ -63,10 +61,8 @@ void append_others(std::string& out, const Detection& detection) {
     separator = ",";
     out += "{\"center_px\":";
     append_point(out, other.center.in_px());
-    fmt::format_to(std::back_inserter(out),
-                   ",\"size_px\":{:.4f},\"score\":{:.4f}",
-                   other.size.in_px(),
-                   other.score);
+    internal::append_format(
+        out, ",\"size_px\":{:.4f},\"score\":{:.4f}", other.size.in_px(), other.score);
     if (!other.reason.empty()) {
       out += ",\"reason\":";
       append_json_string(out, other.reason);
@@ -81,11 +77,11 @@ void append_others(std::string& out, const Detection& detection) {
 std::string located_json(const LocatedTarget& located, const Detection& detection) {
   std::string out = "{\"image\":";
   append_json_string(out, located.image);
-  auto to = std::back_inserter(out);
-  fmt::format_to(to, ",\"tool\":{},\"status\":\"{}\"", located.tool, name(detection.status));
+  internal::append_format(
+      out, ",\"tool\":{},\"status\":\"{}\"", located.tool, name(detection.status));
   const bool is_found = detection.status == DetectionStatus::Found;
   if (is_found) append_center(out, *detection.best);
-  fmt::format_to(to, ",\"candidates\":{}", detection.n_candidates);
+  internal::append_format(out, ",\"candidates\":{}", detection.n_candidates);
   if (!detection.reason.empty()) {
     out += ",\"reason\":";
     append_json_string(out, detection.reason);

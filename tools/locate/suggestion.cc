@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <string_view>
 #include <utility>
 
+#include "calib/base/append_format.h"
 #include "program/text/json_text.h"
 #include <fmt/format.h>
 
@@ -93,22 +93,22 @@ std::string block(const MarkGroup& group, std::size_t number, std::optional<Leng
 }
 
 void append_mark(std::string& out, const SeenMark& mark) {
-  fmt::format_to(std::back_inserter(out),
-                 "{{\"center_px\":[{:.2f},{:.2f}],\"size_px\":{:.2f},\"angle_rad\":{:.4f},"
-                 "\"contrast\":{:.4f},\"quality\":{:.4f}",
-                 mark.center.in_px().x(),
-                 mark.center.in_px().y(),
-                 mark.size.in_px(),
-                 mark.angle.in_rad(),
-                 mark.contrast,
-                 mark.quality);
+  internal::append_format(out,
+                          "{{\"center_px\":[{:.2f},{:.2f}],\"size_px\":{:.2f},\"angle_rad\":{:.4f},"
+                          "\"contrast\":{:.4f},\"quality\":{:.4f}",
+                          mark.center.in_px().x(),
+                          mark.center.in_px().y(),
+                          mark.size.in_px(),
+                          mark.angle.in_rad(),
+                          mark.contrast,
+                          mark.quality);
   if (mark.detail) {
-    fmt::format_to(std::back_inserter(out),
-                   ",\"{}\":{:.2f}",
-                   mark.shape == Shape::Cross ? "width_px" : "inner_px",
-                   mark.detail->in_px());
+    internal::append_format(out,
+                            ",\"{}\":{:.2f}",
+                            mark.shape == Shape::Cross ? "width_px" : "inner_px",
+                            mark.detail->in_px());
   }
-  if (mark.tag_id) fmt::format_to(std::back_inserter(out), ",\"id\":{}", *mark.tag_id);
+  if (mark.tag_id) internal::append_format(out, ",\"id\":{}", *mark.tag_id);
   out += '}';
 }
 
@@ -146,18 +146,18 @@ std::string suggestion_json(const PictureMarks& picture) {
   std::string_view separator = "";
   for (const MarkGroup& group : group_marks(picture.marks)) {
     out += std::exchange(separator, ",");
-    fmt::format_to(std::back_inserter(out),
-                   "{{\"shape\":\"{}\",\"polarity\":\"{}\"",
-                   name(group.best().shape),
-                   name(group.best().polarity));
+    internal::append_format(out,
+                            "{{\"shape\":\"{}\",\"polarity\":\"{}\"",
+                            name(group.best().shape),
+                            name(group.best().polarity));
     if (!group.best().family.empty()) {
       out += ",\"family\":";
       append_json_string(out, group.best().family);
     }
-    fmt::format_to(std::back_inserter(out),
-                   ",\"size_px\":{:.2f},\"contrast\":{:.4f},\"marks\":[",
-                   group.size.in_px(),
-                   group.contrast);
+    internal::append_format(out,
+                            ",\"size_px\":{:.2f},\"contrast\":{:.4f},\"marks\":[",
+                            group.size.in_px(),
+                            group.contrast);
     std::string_view comma = "";
     for (const SeenMark& mark : group.marks) {
       out += std::exchange(comma, ",");

@@ -8,6 +8,7 @@
 #include <map>
 #include <set>
 
+#include "calib/base/append_format.h"
 #include "tools/figures/svg.h"
 #include "tools/figures/text.h"
 #include "tools/report/shift_figures.h"
@@ -41,8 +42,7 @@ struct Dots {
     const std::pair<int, int> p(static_cast<int>(std::lround(10 * p_px.x())),
                                 static_cast<int>(std::lround(10 * p_px.y())));
     if (!drawn.insert(p).second) return;
-    fmt::format_to(
-        std::back_inserter(path), "m{} {}h0", p.first - last.first, p.second - last.second);
+    internal::append_format(path, "m{} {}h0", p.first - last.first, p.second - last.second);
     last = p;
   }
 };

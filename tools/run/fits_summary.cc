@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <iterator>
 #include <limits>
 
+#include "calib/base/append_format.h"
 #include "tools/report/fits/models.h"
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -139,11 +139,11 @@ std::string gates_summary(const Survey& survey) {
 
 std::string fits_summary(const Survey& survey) {
   std::string out = focus_summary(survey) + calibrations_summary(survey);
-  auto to = std::back_inserter(out);
   const auto n_found =
       std::ranges::count(survey.measurements, MeasurementStatus::Found, &Measurement::status);
   if (!survey.measurements.empty() || survey.probes.empty()) {
-    fmt::format_to(to, "measured {} targets, {} found\n", survey.measurements.size(), n_found);
+    internal::append_format(
+        out, "measured {} targets, {} found\n", survey.measurements.size(), n_found);
   }
   out += probes_summary(survey);
   out += assignments_summary(survey) + causes_summary(survey);
@@ -157,8 +157,8 @@ std::string fits_summary(const Survey& survey) {
     if (!series.base) continue;
     const auto& map = series.base->map.map;
     const PanelDeformation panel = deformation_of(map.linear());
-    fmt::format_to(
-        to,
+    internal::append_format(
+        out,
         "panel (line {}): turned {:+.4f} mrad, stretched {:+.1f} ppm in x and {:+.1f} ppm "
         "in y, worst residual {:.3f} um\n",
         series.line,
@@ -167,18 +167,19 @@ std::string fits_summary(const Survey& survey) {
         (panel.scale_y - 1) * 1e6,
         worst_residual_um(series));
     if (series.is_smooth()) {
-      fmt::format_to(to, "panel (line {}): {}\n", series.line, model_text(series));
+      internal::append_format(out, "panel (line {}): {}\n", series.line, model_text(series));
     }
     out += report::model_line(series);
     if (series.layer_spread) {
-      fmt::format_to(to,
-                     "panel (line {}): layers of a target at most {:.3f} um apart\n",
-                     series.line,
-                     series.layer_spread->in_um());
+      internal::append_format(out,
+                              "panel (line {}): layers of a target at most {:.3f} um apart\n",
+                              series.line,
+                              series.layer_spread->in_um());
     }
   }
   if (n_nested > 0) {
-    fmt::format_to(to, "{} nested fits, worst residual {:.3f} um\n", n_nested, worst_nested_um);
+    internal::append_format(
+        out, "{} nested fits, worst residual {:.3f} um\n", n_nested, worst_nested_um);
     out += report::nested_models_line(survey);
   }
   return out + misfits_summary(survey) + gates_summary(survey);

@@ -2,7 +2,6 @@
 #include "tools/surface/blanks.h"
 
 #include <cmath>
-#include <iterator>
 #include <map>
 #include <numbers>
 #include <set>
@@ -10,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "calib/base/append_format.h"
 #include "tools/figures/contour_map.h"
 #include <fmt/format.h>
 
@@ -96,7 +96,7 @@ Shapes shapes_of(const Voids& voids, const View& view) {
       char word = 'M';
       for (const auto& point : track->points) {
         const Vector2d at = view.at(point.in_mm());
-        fmt::format_to(std::back_inserter(path), "{}{:.1f} {:.1f}", word, at.x(), at.y());
+        internal::append_format(path, "{}{:.1f} {:.1f}", word, at.x(), at.y());
         word = 'L';
       }
       if (track->points.size() == 1) path += "h0";

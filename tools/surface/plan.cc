@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <set>
 
+#include "calib/base/append_format.h"
 #include "program/text/json_text.h"
 #include "surface/fit/fit.h"
 #include "tools/figures/contour_map.h"
@@ -68,7 +68,7 @@ std::string probe_dots(const std::vector<Position<frame::Nominal>>& places,
   for (const auto& place : places) {
     const Eigen::Vector2d at = view.at(place.in_mm());
     if (!drawn.emplace(std::lround(2 * at.x()), std::lround(2 * at.y())).second) continue;
-    fmt::format_to(std::back_inserter(path), "M{:.1f} {:.1f}h0", at.x(), at.y());
+    internal::append_format(path, "M{:.1f} {:.1f}h0", at.x(), at.y());
   }
   return fmt::format("<path class=\"dots\" d=\"{}\"/>\n", path);
 }
@@ -86,8 +86,7 @@ std::string tour(const PlannedProbes& planned, const report::View& view) {
   const auto& probes = planned.plan.probes;
   for (std::size_t k = 0; k < probes.size(); ++k) {
     const Eigen::Vector2d at = view.at(probes[k].in_mm());
-    fmt::format_to(
-        std::back_inserter(way), "{}{:.1f} {:.1f}", way.empty() ? "M" : "L", at.x(), at.y());
+    internal::append_format(way, "{}{:.1f} {:.1f}", way.empty() ? "M" : "L", at.x(), at.y());
     const bool is_first = k == 0;
     stops += probe_circle(at, 8, is_first ? "stop begin" : "stop");
     if (probes.size() > kMaxProbeNumbers) continue;

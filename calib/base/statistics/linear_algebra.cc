@@ -5,6 +5,27 @@
 
 namespace panelcal::internal {
 
+namespace {
+
+// A symmetric matrix of 2 x 2 is tridiagonal as it stands. PlaneSolver::compute would first turn it
+// into that form, by reflections that are all 1, and takes seconds to compile for it; what is done
+// here is the rest of it, to the last bit.
+using PlaneSolver = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>;
+
+/// The largest element of the lower triangle, which the solver reads alone; 1 if all are 0.
+double plane_scale(const Eigen::Matrix2d& symmetric) {
+  const Eigen::Matrix2d lower = symmetric.triangularView<Eigen::Lower>();
+  const double scale = lower.cwiseAbs().maxCoeff();
+  return scale == 0 ? 1 : scale;
+}
+
+/// The element beside the diagonal.
+PlaneSolver::SubDiagonalType plane_beside(const Eigen::Matrix2d& symmetric) {
+  return PlaneSolver::SubDiagonalType(symmetric(1, 0));
+}
+
+}  // namespace
+
 Eigensystem eigensystem(const Eigen::MatrixXd& symmetric) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(symmetric);
   return {solver.eigenvalues(), solver.eigenvectors(), solver.info() == Eigen::Success};
@@ -16,13 +37,18 @@ Eigensystem eigenvalues(const Eigen::MatrixXd& symmetric) {
 }
 
 PlaneEigensystem plane_eigensystem(const Eigen::Matrix2d& symmetric) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(symmetric);
-  return {solver.eigenvalues(), solver.eigenvectors()};
+  const double scale = plane_scale(symmetric);
+  PlaneSolver solver;
+  solver.computeFromTridiagonal(symmetric.diagonal() / scale, plane_beside(symmetric) / scale);
+  return {solver.eigenvalues() * scale, solver.eigenvectors()};
 }
 
 Eigen::Vector2d plane_eigenvalues(const Eigen::Matrix2d& symmetric) {
-  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(symmetric, Eigen::EigenvaluesOnly)
-      .eigenvalues();
+  const double scale = plane_scale(symmetric);
+  PlaneSolver solver;
+  solver.computeFromTridiagonal(
+      symmetric.diagonal() / scale, plane_beside(symmetric) / scale, Eigen::EigenvaluesOnly);
+  return solver.eigenvalues() * scale;
 }
 
 Cholesky::Cholesky(const Eigen::MatrixXd& a) : llt_(a) {

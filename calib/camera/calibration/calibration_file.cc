@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "calib/base/append_format.h"
 #include "calib/base/clock.h"
 #include "calib/base/files/atomic_file.h"
 #include "calib/base/json/noted_head.h"
@@ -251,8 +252,7 @@ std::string camera_calibration_text(const CameraCalibration& c) {
                                                          p.k1_per_px2);
   for (int i = 0; i < 5; ++i) {
     const Eigen::Matrix<double, 1, 5> row = c.covariance.row(i);
-    text +=
-        fmt::format("    [{}]{}\n", fmt::join(row.data(), row.data() + 5, ", "), i < 4 ? "," : "");
+    text += fmt::format("    [{}]{}\n", internal::joined({row.data(), 5}, ", "), i < 4 ? "," : "");
   }
   return text + "  ]\n}\n";
 }

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "calib/base/append_format.h"
 #include "calib/base/statistics/covariance_check.h"
 #include <fmt/format.h>
 
@@ -176,7 +177,7 @@ std::string full_camera_text(const FullCamera& camera) {
   for (int i = 0; i < kCameraParameters; ++i) {
     const Eigen::Matrix<double, 1, kCameraParameters> row = camera.covariance.row(i);
     text += fmt::format("    [{}]{}\n",
-                        fmt::join(row.data(), row.data() + kCameraParameters, ", "),
+                        internal::joined({row.data(), kCameraParameters}, ", "),
                         i + 1 < kCameraParameters ? "," : "");
   }
   std::string undetermined;

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "calib/base/statistics/linear_algebra.h"
-#include <Eigen/QR>
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -46,7 +45,8 @@ MatrixXd figures_by_heights() {
     const double u = units[i].x(), v = units[i].y();
     heights_by_figures.row(static_cast<Index>(i)) << 1, u, v, u * u, v * v, u * v;
   }
-  return heights_by_figures.completeOrthogonalDecomposition().pseudoInverse();
+  const double rounding = std::numeric_limits<double>::epsilon() * SurfaceFigures::kSize;
+  return internal::pseudo_inverse(heights_by_figures, rounding).matrix;
 }
 
 /// To a tenth, of which zero has no sign.

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "machine/job/summary/depth_summary.h"
 
-#include <iterator>
 #include <optional>
 
+#include "calib/base/append_format.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -48,31 +48,30 @@ std::vector<std::string> surface_lines(const DepthVerdict& verdict) {
 
 std::string depth_summary(const DepthVerdict& verdict) {
   std::string out = "depth, predicted (lengths in um)\n";
-  const auto append = std::back_inserter(out);
-  fmt::format_to(append,
-                 "{:>6} {:>8} {:>15} {:>8} {:>8} {:>6} {:>6} {:>9} {:>9}\n",
-                 "tool",
-                 "depths",
-                 "shallow / deep",
-                 "off",
-                 "sigma",
-                 "warn",
-                 "hold",
-                 "shallow",
-                 "deep");
+  internal::append_format(out,
+                          "{:>6} {:>8} {:>15} {:>8} {:>8} {:>6} {:>6} {:>9} {:>9}\n",
+                          "tool",
+                          "depths",
+                          "shallow / deep",
+                          "off",
+                          "sigma",
+                          "warn",
+                          "hold",
+                          "shallow",
+                          "deep");
   for (const auto& [number, tool] : verdict.by_tool()) {
     const bool is_judged = tool.places.n_judged > 0;
-    fmt::format_to(append,
-                   "{:>6} {:>8} {:>15} {:>8} {:>8} {:>6} {:>6} {:>9} {:>9}\n",
-                   fmt::format("T{}", number),
-                   tool.places.n_judged + tool.places.n_unjudged,
-                   depth_tolerance_text(tool.tolerance),
-                   is_judged ? fmt::format("{:+.2f}", tool.largest_mean.in_um()) : "-",
-                   is_judged ? fmt::format("{:.2f}", tool.largest_sigma.in_um()) : "-",
-                   tool.places.n_warned,
-                   tool.places.n_held,
-                   is_judged ? false_alarm_text(tool.worst.risk.too_shallow) : "-",
-                   is_judged ? false_alarm_text(tool.worst.risk.too_deep) : "-");
+    internal::append_format(out,
+                            "{:>6} {:>8} {:>15} {:>8} {:>8} {:>6} {:>6} {:>9} {:>9}\n",
+                            fmt::format("T{}", number),
+                            tool.places.n_judged + tool.places.n_unjudged,
+                            depth_tolerance_text(tool.tolerance),
+                            is_judged ? fmt::format("{:+.2f}", tool.largest_mean.in_um()) : "-",
+                            is_judged ? fmt::format("{:.2f}", tool.largest_sigma.in_um()) : "-",
+                            tool.places.n_warned,
+                            tool.places.n_held,
+                            is_judged ? false_alarm_text(tool.worst.risk.too_shallow) : "-",
+                            is_judged ? false_alarm_text(tool.worst.risk.too_deep) : "-");
   }
   for (const std::string& line : surface_lines(verdict)) out += line + "\n";
   return out + "depth verdict: " + verdict.sentence();

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 
+#include "calib/base/append_format.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -89,14 +89,14 @@ std::string TruthComparison::summary() const {
                                 "max / rms um",
                                 "max / rms um");
   const auto row = [&](const std::string& name, const Errors& errors) {
-    fmt::format_to(std::back_inserter(out),
-                   "{:>6} {:>8} {:>11.1f} / {:>6.1f} {:>12.3f} / {:>5.3f}\n",
-                   name,
-                   errors.corrected.n,
-                   errors.uncorrected.max().in_um(),
-                   errors.uncorrected.rms().in_um(),
-                   errors.corrected.max().in_um(),
-                   errors.corrected.rms().in_um());
+    internal::append_format(out,
+                            "{:>6} {:>8} {:>11.1f} / {:>6.1f} {:>12.3f} / {:>5.3f}\n",
+                            name,
+                            errors.corrected.n,
+                            errors.uncorrected.max().in_um(),
+                            errors.uncorrected.rms().in_um(),
+                            errors.corrected.max().in_um(),
+                            errors.corrected.rms().in_um());
   };
   for (const auto& [tool, errors] : by_tool_) row(fmt::format("T{}", tool), errors);
   row("all", all_);

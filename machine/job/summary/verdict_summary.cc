@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "machine/job/summary/verdict_summary.h"
 
-#include <iterator>
-
+#include "calib/base/append_format.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -44,41 +43,41 @@ std::string verdict_summary(const JobVerdict& verdict, const TruthComparison* tr
   if (truth != nullptr) out += " and against truth";
   out += verdict.basis().is_of_fit_only ? " (lengths in um, sigma of the fit only)\n"
                                         : " (lengths in um)\n";
-  const auto append = std::back_inserter(out);
-  fmt::format_to(append,
-                 "{:>6} {:>8} {:>9} {:>8} {:>8} {:>9} {:>6} {:>6} {:>6} {:>9}",
-                 "tool",
-                 "places",
-                 "tolerance",
-                 "sigma",
-                 "95 %",
-                 "mean+3s",
-                 "Cpk",
-                 "warn",
-                 "hold",
-                 "risk");
-  if (truth != nullptr) fmt::format_to(append, " |{:>8} {:>8} {:>6}", "max", "mean+3s", "Cpk");
+  internal::append_format(out,
+                          "{:>6} {:>8} {:>9} {:>8} {:>8} {:>9} {:>6} {:>6} {:>6} {:>9}",
+                          "tool",
+                          "places",
+                          "tolerance",
+                          "sigma",
+                          "95 %",
+                          "mean+3s",
+                          "Cpk",
+                          "warn",
+                          "hold",
+                          "risk");
+  if (truth != nullptr)
+    internal::append_format(out, " |{:>8} {:>8} {:>6}", "max", "mean+3s", "Cpk");
   out += '\n';
   for (const ToolRow& row : tool_rows(verdict, truth)) {
     const JobVerdict::ToolFigures& tool = *row.predicted;
-    fmt::format_to(append,
-                   "{:>6} {:>8} {:>9} {:>8.2f} {:>8.2f} {:>9.2f} {:>6} {:>6} {:>6} {:>9}",
-                   fmt::format("T{}", row.tool),
-                   tool.predicted.n + tool.n_uncorrected,
-                   tool.tolerance ? fmt::format("{:.1f}", tool.tolerance->in_um()) : "-",
-                   tool.largest_sigma.in_um(),
-                   tool.largest_radius_95.in_um(),
-                   tool.predicted.mean_plus_3_sigma().in_um(),
-                   cpk_text(tool, verdict.basis()),
-                   tool.n_warned,
-                   tool.n_held,
-                   risk_text(tool, verdict.basis()));
+    internal::append_format(out,
+                            "{:>6} {:>8} {:>9} {:>8.2f} {:>8.2f} {:>9.2f} {:>6} {:>6} {:>6} {:>9}",
+                            fmt::format("T{}", row.tool),
+                            tool.predicted.n + tool.n_uncorrected,
+                            tool.tolerance ? fmt::format("{:.1f}", tool.tolerance->in_um()) : "-",
+                            tool.largest_sigma.in_um(),
+                            tool.largest_radius_95.in_um(),
+                            tool.predicted.mean_plus_3_sigma().in_um(),
+                            cpk_text(tool, verdict.basis()),
+                            tool.n_warned,
+                            tool.n_held,
+                            risk_text(tool, verdict.basis()));
     if (row.actual != nullptr) {
-      fmt::format_to(append,
-                     " |{:>8.2f} {:>8.2f} {:>6}",
-                     row.actual->max().in_um(),
-                     row.actual->radial().mean_plus_3_sigma().in_um(),
-                     cpk_text(row.actual->radial(), tool.tolerance));
+      internal::append_format(out,
+                              " |{:>8.2f} {:>8.2f} {:>6}",
+                              row.actual->max().in_um(),
+                              row.actual->radial().mean_plus_3_sigma().in_um(),
+                              cpk_text(row.actual->radial(), tool.tolerance));
     }
     out += '\n';
   }

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <numbers>
 #include <utility>
 
+#include "calib/base/append_format.h"
 #include "calib/base/files/atomic_file.h"
 #include "machine/sim/pictures/synth_folder.h"
 #include "machine/sim/random_streams.h"
@@ -50,19 +50,19 @@ Diagnostic refusal(Code code, const MachineConfig& config, std::string what, std
 void append_picture(std::string& out, const SampleTruth& truth, const SampleSet& set) {
   out += "{\"file\":";
   append_json_string(out, truth.file);
-  auto to = std::back_inserter(out);
-  fmt::format_to(to, ",\"center_px\":[{},{}]", truth.center_px.x(), truth.center_px.y());
+  internal::append_format(out, ",\"center_px\":[{},{}]", truth.center_px.x(), truth.center_px.y());
   if (set.has_mm) {
-    fmt::format_to(to, ",\"center_mm\":[{},{}]", truth.center_mm.x(), truth.center_mm.y());
+    internal::append_format(
+        out, ",\"center_mm\":[{},{}]", truth.center_mm.x(), truth.center_mm.y());
   }
-  fmt::format_to(to,
-                 ",\"angle_rad\":{},\"visible\":{},\"neighbors\":{}",
-                 truth.angle.in_rad(),
-                 truth.visible,
-                 truth.n_neighbors);
+  internal::append_format(out,
+                          ",\"angle_rad\":{},\"visible\":{},\"neighbors\":{}",
+                          truth.angle.in_rad(),
+                          truth.visible,
+                          truth.n_neighbors);
   if (truth.hole_offset_px) {
-    fmt::format_to(
-        to, ",\"hole_offset_px\":[{},{}]", truth.hole_offset_px->x(), truth.hole_offset_px->y());
+    internal::append_format(
+        out, ",\"hole_offset_px\":[{},{}]", truth.hole_offset_px->x(), truth.hole_offset_px->y());
   }
   out += '}';
 }
@@ -217,12 +217,10 @@ std::string sample_truth_text(const SampleSet& samples) {
       name(samples.target.shape),
       samples.size.in_px());
   if (samples.target.size) {
-    fmt::format_to(std::back_inserter(out), "\"size_mm\":{},", samples.target.size->in_mm());
+    internal::append_format(out, "\"size_mm\":{},", samples.target.size->in_mm());
   }
-  fmt::format_to(std::back_inserter(out),
-                 "\"noise\":{},\"blur_px\":{},\n\"pictures\":[",
-                 samples.noise,
-                 samples.blur_px);
+  internal::append_format(
+      out, "\"noise\":{},\"blur_px\":{},\n\"pictures\":[", samples.noise, samples.blur_px);
   for (std::size_t i = 0; i < samples.pictures.size(); ++i) {
     out += i == 0 ? "\n" : ",\n";
     append_picture(out, samples.pictures[i], samples);

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "calib/base/append_format.h"
 #include "program/writers/excellon/writer.h"
 #include <fmt/format.h>
 
@@ -136,7 +137,7 @@ void ExcellonWriter::close_pattern(const std::vector<WorkMap>& copies) {
   }
   const Eigen::Matrix2d to_work = written_from_work().transpose();
   for (const EqualCopies& copy : rows_of(stepped, kMostRepeats)) {
-    if (copy.count > 1) fmt::format_to(std::back_inserter(text()), "R{}", copy.count);
+    if (copy.count > 1) internal::append_format(text(), "R{}", copy.count);
     text() += "M02";
     const Eigen::Vector2d step(static_cast<double>(copy.step_x), static_cast<double>(copy.step_y));
     append_point(to_work * step / steps_per_mm);

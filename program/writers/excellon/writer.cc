@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <utility>
 
+#include "calib/base/append_format.h"
 #include "program/model/placement.h"
 #include "program/model/setting_lengths.h"
 #include "program/writers/rounded_arc.h"
@@ -142,9 +142,9 @@ void ExcellonWriter::put_tool(const Tool& tool,
                               bool with_data,
                               std::optional<int> compensation_index) {
   if (compensation_index) {  // four digits, so that it is no other tool's number
-    fmt::format_to(std::back_inserter(text()), "T{:02}{:02}", tool.number, *compensation_index);
+    internal::append_format(text(), "T{:02}{:02}", tool.number, *compensation_index);
   } else {
-    fmt::format_to(std::back_inserter(text()), "T{}", tool.number);
+    internal::append_format(text(), "T{}", tool.number);
   }
   if (with_data) {
     if (tool.diameter) append_length('C', *tool.diameter);
@@ -152,7 +152,7 @@ void ExcellonWriter::put_tool(const Tool& tool,
     if (tool.speed) append_speed(*tool.speed);
     if (tool.retract) append_rate('B', *tool.retract, 4);
     if (tool.max_hits) {
-      fmt::format_to(std::back_inserter(text()), "H{}", *tool.max_hits);
+      internal::append_format(text(), "H{}", *tool.max_hits);
       limited_tools_.insert(tool.number);
     } else if (limited_tools_.erase(tool.number) > 0) {
       text() += 'H';  // alone: turned off
@@ -185,7 +185,7 @@ void ExcellonWriter::append_rate(char letter, Feed rate, int n_digits) {
       lose_once(fmt::format("a fraction of the rate {:.3f}, which becomes {},", value, whole));
     }
   }
-  fmt::format_to(std::back_inserter(text()), "{}{:0{}}", letter, whole, n_digits);
+  internal::append_format(text(), "{}{:0{}}", letter, whole, n_digits);
 }
 
 void ExcellonWriter::append_speed(SpindleSpeed speed) {

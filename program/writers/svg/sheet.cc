@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <utility>
 
+#include "calib/base/append_format.h"
 #include "program/text/xml_text.h"
 #include "program/writers/text_writer.h"
 #include <fmt/format.h>
@@ -40,7 +40,7 @@ void append_text(
   append_mm(out, x_mm);
   out += "\" y=\"";
   append_mm(out, y_mm);
-  fmt::format_to(std::back_inserter(out), "\" class=\"{}\">", css_class);
+  internal::append_format(out, "\" class=\"{}\">", css_class);
   append_xml_text(out, text);
   out += "</text>\n";
 }

@@ -5,10 +5,10 @@
 #include <charconv>
 #include <cmath>
 #include <functional>
-#include <iterator>
 #include <string>
 #include <utility>
 
+#include "calib/base/append_format.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -231,10 +231,10 @@ void SvgWriter::put_slot(const Operation& operation,
   append_mm(text(), start.corrected.in_mm());
   text() += 'L';
   append_mm(text(), end.corrected.in_mm());
-  fmt::format_to(std::back_inserter(text()),
-                 "\" class=\"way\" stroke=\"{}\" stroke-width=\"{}\"/>\n",
-                 mark(kColorMark, tool),
-                 shortest(ink.width_mm, 3));
+  internal::append_format(text(),
+                          "\" class=\"way\" stroke=\"{}\" stroke-width=\"{}\"/>\n",
+                          mark(kColorMark, tool),
+                          shortest(ink.width_mm, 3));
   instances_.add(operation, start, ink.width_mm / 2);
   instances_.add(operation, end, ink.width_mm / 2);
 }
@@ -304,14 +304,14 @@ void SvgWriter::put_rout(const Rout& rout) {
 void SvgWriter::flush_contour() {
   if (contour_.empty()) return;
   const Ink& ink = ink_of(contour_tool_);
-  fmt::format_to(std::back_inserter(text()),
-                 "<path d=\"{0}\" class=\"rout\" stroke=\"{1}\" stroke-width=\"{2}\"/>\n"
-                 "<path d=\"{0}\" class=\"way\" stroke=\"{3}\" stroke-width=\"{4}\"/>\n",
-                 contour_,
-                 mark(kColorMark, contour_tool_),
-                 shortest(ink.width_mm, 3),
-                 mark(kDarkerMark, contour_tool_),
-                 thin_mark(ink.width_mm / 4));
+  internal::append_format(text(),
+                          "<path d=\"{0}\" class=\"rout\" stroke=\"{1}\" stroke-width=\"{2}\"/>\n"
+                          "<path d=\"{0}\" class=\"way\" stroke=\"{3}\" stroke-width=\"{4}\"/>\n",
+                          contour_,
+                          mark(kColorMark, contour_tool_),
+                          shortest(ink.width_mm, 3),
+                          mark(kDarkerMark, contour_tool_),
+                          thin_mark(ink.width_mm / 4));
   contour_.clear();
 }
 

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <array>
-#include <iterator>
 
+#include "calib/base/append_format.h"
 #include "calib/base/diagnostic.h"
 #include "program/excellon/text/header_words.h"
 #include "program/excellon/text/lexer.h"
@@ -26,13 +26,13 @@ std::string diagnostics_page() {
   for (const CodeInfo& code : diagnostic_catalogue()) {
     const bool is_error = code.severity == Severity::Error;
     const Diagnostic example{code.code, {}, "", ""};
-    fmt::format_to(std::back_inserter(out),
-                   "| `{}` | {} | {} | {} | {} |\n",
-                   code.slug,
-                   is_error ? "error" : "warning",
-                   static_cast<int>(exit_code(example)),
-                   code.summary,
-                   code.advice);
+    internal::append_format(out,
+                            "| `{}` | {} | {} | {} | {} |\n",
+                            code.slug,
+                            is_error ? "error" : "warning",
+                            static_cast<int>(exit_code(example)),
+                            code.summary,
+                            code.advice);
   }
   return out;
 }
@@ -52,13 +52,13 @@ void append_row(std::string& out,
                 std::string_view section,
                 std::string_view effect,
                 std::string_view test) {
-  fmt::format_to(std::back_inserter(out),
-                 "| `{}` | {} | {} | {} | `{}` |\n",
-                 markdown_cell(form),
-                 name(command_class),
-                 effect,
-                 section,
-                 test);
+  internal::append_format(out,
+                          "| `{}` | {} | {} | {} | `{}` |\n",
+                          markdown_cell(form),
+                          name(command_class),
+                          effect,
+                          section,
+                          test);
 }
 
 std::string excellon_page() {
@@ -120,23 +120,20 @@ std::string excellon_page() {
       "machine in order; tests: `header_test`.\n\n"
       "| word | class | what it does | |\n| --- | --- | --- | --- |\n";
   for (const excellon::HeaderWordInfo& word : excellon::header_word_table()) {
-    fmt::format_to(std::back_inserter(out),
-                   "| `{}` | {} | {} | {} |\n",
-                   word.word,
-                   name(word.command_class),
-                   word.effect,
-                   word.kind);
+    internal::append_format(out,
+                            "| `{}` | {} | {} | {} |\n",
+                            word.word,
+                            name(word.command_class),
+                            word.effect,
+                            word.kind);
   }
   out +=
       "\n## Format One\n\n"
       "After FMAT,1 these codes mean others; a Format Two code on the right is then an error.\n\n"
       "| Format One | means |\n| --- | --- |\n";
   for (const excellon::FormatOneInfo& row : excellon::format_one_table()) {
-    fmt::format_to(std::back_inserter(out),
-                   "| `{}{:02}` | `{}` |\n",
-                   row.letter,
-                   row.number,
-                   excellon::code_text(row.command));
+    internal::append_format(
+        out, "| `{}{:02}` | `{}` |\n", row.letter, row.number, excellon::code_text(row.command));
   }
   return out;
 }
@@ -163,14 +160,14 @@ std::string sieb_meyer_form(const sieb_meyer::CommandInfo& command) {
 
 template <class Row>
 void append_sieb_meyer_row(std::string& out, std::string_view form, const Row& row) {
-  fmt::format_to(std::back_inserter(out),
-                 "| `{}` | {} | {} | {} | {} | `{}` |\n",
-                 markdown_cell(form),
-                 name(row.command_class),
-                 row.effect,
-                 format_names(row.formats),
-                 row.section,
-                 row.test);
+  internal::append_format(out,
+                          "| `{}` | {} | {} | {} | {} | `{}` |\n",
+                          markdown_cell(form),
+                          name(row.command_class),
+                          row.effect,
+                          format_names(row.formats),
+                          row.section,
+                          row.test);
 }
 
 std::string sieb_meyer_page() {
@@ -212,21 +209,21 @@ std::string sieb_meyer_page() {
       "with a warning; `M49,M#` is the machine function M#. Test: `cnc_commands_test`.\n\n"
       "| M49, | treatment | what it does |\n| --- | --- | --- |\n";
   for (const sieb_meyer::CncInfo& command : sieb_meyer::cnc_table()) {
-    fmt::format_to(std::back_inserter(out),
-                   "| `{}` | {} | {} |\n",
-                   command.name,
-                   sieb_meyer::name(command.treatment),
-                   command.effect);
+    internal::append_format(out,
+                            "| `{}` | {} | {} |\n",
+                            command.name,
+                            sieb_meyer::name(command.treatment),
+                            command.effect);
   }
   const auto treated = [](sieb_meyer::Treatment treatment) {
     return std::ranges::count(sieb_meyer::cnc_table(), treatment, &sieb_meyer::CncInfo::treatment);
   };
-  fmt::format_to(std::back_inserter(out),
-                 "\nOf {} CNC commands {} are obeyed, {} passed on and {} refused.\n",
-                 sieb_meyer::cnc_table().size(),
-                 treated(sieb_meyer::Treatment::Obeyed),
-                 treated(sieb_meyer::Treatment::Passed),
-                 treated(sieb_meyer::Treatment::Refused));
+  internal::append_format(out,
+                          "\nOf {} CNC commands {} are obeyed, {} passed on and {} refused.\n",
+                          sieb_meyer::cnc_table().size(),
+                          treated(sieb_meyer::Treatment::Obeyed),
+                          treated(sieb_meyer::Treatment::Passed),
+                          treated(sieb_meyer::Treatment::Refused));
   return out;
 }
 

@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <numbers>
 #include <set>
 #include <utility>
 #include <vector>
 
+#include "calib/base/append_format.h"
 #include "tools/figures/svg.h"
 #include "tools/figures/text.h"
 #include "tools/plan/output/bands.h"
@@ -32,8 +32,7 @@ std::string path_data(const View& view, const std::vector<Eigen::Vector2d>& line
   std::string out;
   for (const Eigen::Vector2d& p : line) {
     const Eigen::Vector2d at = view.at(p);
-    fmt::format_to(
-        std::back_inserter(out), "{}{:.1f} {:.1f}", out.empty() ? "M" : "L", at.x(), at.y());
+    internal::append_format(out, "{}{:.1f} {:.1f}", out.empty() ? "M" : "L", at.x(), at.y());
   }
   return out + "Z";
 }
@@ -136,7 +135,7 @@ std::string place_dots(const std::vector<Place>& places, const View& view) {
     const Eigen::Vector2d at = view.at(place.in_mm());
     if (!at.allFinite()) continue;
     if (!drawn.emplace(std::lround(2 * at.x()), std::lround(2 * at.y())).second) continue;
-    fmt::format_to(std::back_inserter(path), "M{:.1f} {:.1f}h0", at.x(), at.y());
+    internal::append_format(path, "M{:.1f} {:.1f}h0", at.x(), at.y());
   }
   return fmt::format(
       "<path class=\"dots{}\" d=\"{}\"/>\n", places.size() > 1500 ? " many" : "", path);
@@ -227,8 +226,7 @@ std::string way(const VisitPlan& visits, const std::vector<std::size_t>& order, 
   std::string out;
   for (const std::size_t i : order) {
     const Eigen::Vector2d at = view.at(visits.places[i].in_mm());
-    fmt::format_to(
-        std::back_inserter(out), "{}{:.1f} {:.1f}", out.empty() ? "M" : "L", at.x(), at.y());
+    internal::append_format(out, "{}{:.1f} {:.1f}", out.empty() ? "M" : "L", at.x(), at.y());
   }
   return out;
 }

@@ -77,5 +77,18 @@ TEST(LinearAlgebra, SolvesInThePlane) {
   EXPECT_LT((root * root.transpose() - a).norm(), kAlgebraRounding);
 }
 
+TEST(LinearAlgebra, TurnsThePlaneAsAnySpaceToTheLastBit) {
+  const MatrixXd numbers = random_matrix(3, 100);
+  for (Index i = 0; i < numbers.cols(); ++i) {
+    Eigen::Matrix2d a;
+    a << numbers(0, i), numbers(1, i), numbers(1, i), numbers(2, i);
+    const Eigensystem expected = eigensystem(a);
+    EXPECT_EQ(plane_eigensystem(a).values, expected.values) << i;
+    EXPECT_EQ(plane_eigensystem(a).vectors, expected.vectors) << i;
+    EXPECT_EQ(plane_eigenvalues(a), eigenvalues(a).values) << i;
+  }
+  EXPECT_EQ(plane_eigenvalues(Eigen::Matrix2d::Zero()), Eigen::Vector2d::Zero());
+}
+
 }  // namespace
 }  // namespace panelcal::internal
