@@ -13,6 +13,11 @@ namespace {
 constexpr std::array<double, 16> kSiebMeyerPowers = {
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
 
+/// Behind the point of a coordinate in millimetres.
+int described_decimals(FileFormat format) {
+  return format == FileFormat::F1000 ? 2 : 3;
+}
+
 /// Kinds of quantities that follow the unit of a program in different ways.
 enum class Dimension : std::uint8_t {
   None,
@@ -32,11 +37,6 @@ struct Rule {
   Dimension dimension = Dimension::None;
   bool has_step = true;  ///< something states it
 };
-
-/// Behind the point of a coordinate in millimetres.
-int described_decimals(FileFormat format) {
-  return format == FileFormat::F1000 ? 2 : 3;
-}
 
 Rule rule_of(FileFormat format, Quantity quantity) {
   const bool is_1000 = format == FileFormat::F1000;
@@ -179,7 +179,8 @@ std::string summary(const ProgramFormat& format) {
 
 ParsedNumber parse_number(std::string_view text, const ProgramFormat& format, Quantity quantity) {
   constexpr std::size_t kMostDigits = 15;
-  const Rule rule = rule_of(format, quantity);
+  const bool is_described = format.is_described();
+  const Rule rule = is_described ? rule_of(format.file, quantity) : rule_of(format, quantity);
   std::size_t i = 0;
   const bool has_sign = !text.empty() && (text[0] == '-' || text[0] == '+');
   const bool is_negative = has_sign && text[0] == '-';
@@ -202,13 +203,14 @@ ParsedNumber parse_number(std::string_view text, const ProgramFormat& format, Qu
   if (n_digits == 0 && (has_sign || has_point)) return {.problem = NumberProblem::Malformed};
   if (has_point && !rule.has_point) return {.problem = NumberProblem::PointForbidden};
   if (is_negative && !rule.has_sign) return {.problem = NumberProblem::SignForbidden};
-  if (digits != 0) {
+  if (digits != 0 && !is_described) {
     const NumberProblem open = open_part(format, rule, has_point, n_digits);
     if (open != NumberProblem::None) return {.problem = open};
   }
   double factor = has_point ? rule.per_unit : rule.per_step;
   int exponent = has_point ? static_cast<int>(n_decimals) : rule.n_decimals;
-  if (!has_point && rule.dimension == Dimension::Place && format.zeros == Zeros::LeadingKept) {
+  if (!is_described && !has_point && rule.dimension == Dimension::Place &&
+      format.zeros == Zeros::LeadingKept) {
     const int n_most = format.integer_digits() + format.decimal_digits();
     if (static_cast<int>(n_digits) > n_most) return {.problem = NumberProblem::TooManyDigits};
     exponent = static_cast<int>(n_digits) - format.integer_digits();
@@ -218,7 +220,7 @@ ParsedNumber parse_number(std::string_view text, const ProgramFormat& format, Qu
     }
   }
   const double divisor = kSiebMeyerPowers.at(static_cast<std::size_t>(exponent));
-  const double unit = unit_of(format, rule.dimension);
+  const double unit = is_described ? 1 : unit_of(format, rule.dimension);
   const double value = static_cast<double>(is_negative ? -digits : digits) * factor / divisor;
   return {.value = unit * value, .step = unit * (factor / divisor)};
 }
