@@ -95,6 +95,27 @@ def exports(panelcal, map_file, folder):
             assert abs(answer["height"] - height) < 1e-3, (name, answer, height)
 
 
+def format_files(panelcal, root, probes, folder):
+    """A file beside programs that has decided their number format is one source of a picture, named once."""
+    (folder / "nc_param.txt").write_text("OUTPUT-UNITS METRIC\nINTEGER-PLACES 3\nDECIMAL-PLACES 3\n"
+                                         "SUPPRESS-LEAD-ZEROES YES\n")
+    for name in ("a.drl", "b.drl"):
+        (folder / name).write_text("T1C0.8F100\nX3000Y3000\nX13000Y23000\nM30\n")
+    machine = Path(root) / "tests/golden/fixtures/drill-1/machine.toml"
+    plot = folder / "formats.svg"
+
+    def beside():
+        return [line.split(":")[0] for line in plot.read_text().splitlines() if "nc_param.txt: " in line]
+
+    wanted = [f"sha256 {folder / 'nc_param.txt'}"]
+    run(panelcal, "surface", "fit", probes, "--voids-of", folder / "a.drl", "--voids-of",
+        folder / "b.drl", "-m", machine, "-o", folder / "formats.json", "--plot", plot)
+    assert beside() == wanted, beside()
+    run(panelcal, "surface", "plan", folder / "formats.json", "--program", folder / "a.drl", "-m",
+        machine, "--tolerance-um", 20, "-o", folder / "formats.csv", "--plot", plot)
+    assert beside() == wanted, beside()
+
+
 def main():
     panelcal, root = sys.argv[1:]
     data = Path(root) / "tests/tools/surface"
@@ -145,6 +166,7 @@ def main():
         assert rows == plan["probes"], rows
 
         exports(panelcal, map_file, Path(folder))
+        format_files(panelcal, root, probes, Path(folder))
 
         # A map against itself has not changed.
         same = run(panelcal, "surface", "diff", map_file, map_file, "--json").stdout

@@ -92,7 +92,8 @@ Expected<Layout> read_layout(const SurfaceOptions& options,
   for (const std::string& program : options.voids_of) {
     PANELCAL_TRY(ProgramVoids of, program_voids(program, options, context));
     std::ranges::move(of.voids, std::back_inserter(file.voids));
-    if (!of.format_file.empty()) format_files.push_back(std::move(of.format_file));
+    const bool is_new = std::ranges::find(format_files, of.format_file) == format_files.end();
+    if (!of.format_file.empty() && is_new) format_files.push_back(std::move(of.format_file));
   }
   const Length tip =
       options.probe_tip_mm ? mm(*options.probe_tip_mm) : file.probe_tip.value_or(kUsualTip);
