@@ -382,6 +382,8 @@ struct ProgramInfo {
   bool is_scaled = false;   ///< reference scaling is in the coordinates already
   bool body_rules = false;  ///< OM48: the body's tool data win over the header's
   int axis_version = 1;     ///< VER: the axes that a program in the same format is written in
+  /// The digits of `format` are those of the program or of the operator, not of something beside.
+  bool declares_digits = true;
   /// Its coordinates have decimal points, whatever digits `format` declares.
   bool has_decimal_coordinates = false;
 };

@@ -30,6 +30,8 @@ struct ProgramHead {
 
   /// The format in which writers state numbers.
   virtual NumberFormat number_format() const { return {}; }
+  /// Its digits are stated by the program or by the operator.
+  virtual bool declares_digits() const { return true; }
   /// Reading of numbers: "inch 2.4, leading zeros kept".
   virtual std::string number_summary() const { return {}; }
 };

@@ -5,6 +5,8 @@
 #include <array>
 #include <string_view>
 
+#include "program/text/number_format.h"
+
 namespace panelcal {
 
 /// `Z-.1`: a depth offset without a tool.
@@ -23,9 +25,21 @@ inline bool has_length(std::string_view setting) {
          setting.find_first_of("0123456789") != setting.npos;
 }
 
+/// The fields of a setting or order that may be lengths: those behind its word. The first one of
+/// PCKPARAM is a tool, of CP an index; of G34 only the last one is a length.
+inline std::string_view lengths_of(std::string_view setting) {
+  const auto comma = setting.find(',');
+  if (comma == setting.npos) return setting;
+  const std::string_view word = setting.substr(0, comma);
+  const std::string_view fields = setting.substr(comma + 1);
+  if (word == "G34") return fields.substr(fields.rfind(',') + 1);
+  const bool has_number = word == "CP" || word == "PCKPARAM";
+  return has_number ? fields.substr(fields.find(',') + 1) : fields;
+}
+
 /// One whose value depends on the zeros and digits that the program states as well.
 inline bool has_bare_length(std::string_view setting) {
-  return has_length(setting) && setting.find('.') == setting.npos;
+  return has_length(setting) && has_bare_number(lengths_of(setting));
 }
 
 }  // namespace panelcal

@@ -44,6 +44,12 @@ void NumberFormat::take_usual_digits() {
   decimal_digits = unit == LengthUnit::Inch ? 4 : 3;
 }
 
+bool are_scaled_alike(const NumberFormat& a, const NumberFormat& b) {
+  if (a.zeros != b.zeros) return false;
+  return a.zeros == Zeros::LeadingKept ? a.integer_digits == b.integer_digits
+                                       : a.decimal_digits == b.decimal_digits;
+}
+
 std::optional<LengthUnit> parse_unit(std::string_view text) {
   if (is_word(text, "inch")) return LengthUnit::Inch;
   if (is_word(text, "metric") || is_word(text, "mm")) return LengthUnit::Millimeter;
@@ -128,6 +134,23 @@ bool has_extra_digits(std::string_view number, const NumberFormat& format) {
   const auto n_digits = static_cast<int>(number.size()) - (has_sign ? 1 : 0);
   return n_digits > format.integer_digits + format.decimal_digits &&
          number.find('.') == std::string_view::npos;
+}
+
+bool is_bare(std::string_view number) {
+  return number.find('.') == std::string_view::npos &&
+         number.find_first_of("123456789") != std::string_view::npos;
+}
+
+bool has_bare_number(std::string_view text) {
+  constexpr std::string_view kNumber = ".0123456789";
+  while (true) {
+    const auto begin = text.find_first_of(kNumber);
+    if (begin == std::string_view::npos) return false;
+    text.remove_prefix(begin);
+    const std::string_view number = text.substr(0, text.find_first_not_of(kNumber));
+    if (is_bare(number)) return true;
+    text.remove_prefix(number.size());
+  }
 }
 
 std::optional<int> parse_count(std::string_view text) {

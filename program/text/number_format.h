@@ -40,6 +40,10 @@ struct NumberFormat {
   std::string summary() const;
 };
 
+/// True if the two give every number without a decimal point that both can read the same value in
+/// their units.
+bool are_scaled_alike(const NumberFormat& a, const NumberFormat& b);
+
 /// A number format as far as one source states it: a line of the program, the control's last
 /// setting, the operator.
 struct PartialFormat {
@@ -77,6 +81,12 @@ ParsedLength parse_length(std::string_view text, const NumberFormat& format);
 /// True for a number without a decimal point that has more digits than the format. Where
 /// parse_length() reads it, the digits beyond the format's are zeros.
 bool has_extra_digits(std::string_view number, const NumberFormat& format);
+
+/// True for a number whose value depends on the zeros and digits of the format: one without a
+/// decimal point, and not 0.
+bool is_bare(std::string_view number);
+/// True for a text of several numbers, one of which is.
+bool has_bare_number(std::string_view text);
 
 /// Digits of an unsigned whole number below 10^9; empty for anything else.
 std::optional<int> parse_count(std::string_view text);

@@ -28,9 +28,11 @@ namespace panelcal {
 /// nc_param.txt beside a program (Allegro PCB Editor).
 struct FormatBeside {
   PartialFormat format;
-  std::optional<bool> is_incremental;  ///< COORDINATES
-  std::string file;                    ///< empty: there is none
-  std::optional<Diagnostic> fault;     ///< it cannot be read, and states nothing
+  std::string file;                 ///< empty: there is none
+  std::optional<Diagnostic> fault;  ///< it cannot be read, and states nothing
+  /// COORDINATES INCREMENTAL: refuses a program that needs the file, and states neither that its
+  /// coordinates are steps nor that they are not.
+  std::optional<Diagnostic> steps;
 };
 
 /// The machine's settings of how a program is read.

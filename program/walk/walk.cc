@@ -104,6 +104,7 @@ ProgramInfo program_info(const Program& program, const WalkOptions& options) {
           .is_scaled = has_scaling && options.scaling.has_value(),
           .body_rules = program.head->body_rules,
           .axis_version = program.axis_version(),
+          .declares_digits = program.head->declares_digits(),
           .has_decimal_coordinates = dialect.has_decimal_coordinates(program)};
 }
 

@@ -26,7 +26,7 @@ OutputDigits usual_digits(Dialect written, const ProgramInfo& source, bool asks_
     return digits;
   }
   const bool is_coarse = source.format.decimal_digits == 2 && source.format.integer_digits <= 4;
-  if (is_coarse && !source.has_decimal_coordinates && !asks_finer) {
+  if (is_coarse && source.declares_digits && !source.has_decimal_coordinates && !asks_finer) {
     digits.n_whole = source.format.integer_digits;
     digits.n_decimals = 2;
   }

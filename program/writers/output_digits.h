@@ -30,8 +30,9 @@ struct OutputDigits {
 /// The digits that a program in `written` may have.
 ///
 /// Excellon: those that the source declares, at most six (inch 00.0000, metric 000.000, 0000.00 or
-/// 000.00). Where it declares others, or has decimal points in its coordinates, 00.0000 or 000.000.
-/// SIEB & MEYER: 0.001 mm, the step of its numbers without a point, and six digits, a decision.
+/// 000.00). Where it declares others or none, or has decimal points in its coordinates, 00.0000 or
+/// 000.000. SIEB & MEYER: 0.001 mm, the step of its numbers without a point, and six digits, a
+/// decision.
 ///
 /// In     resolution: asked for by the operator; digits are added behind the point until the last
 ///        one is as fine, up to a nanometre. Such a control reads more than six.

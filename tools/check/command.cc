@@ -32,10 +32,11 @@ std::string reading(const Program& program) {
                        sieb_meyer::layout_of(program).head_line);
   }
   const excellon::Header& header = excellon::header_of(program);
+  const std::string evidence = header.format_evidence();
   return fmt::format("Excellon{}, {} ({})",
                      header.set == excellon::ProgramSet::FormatOne ? " Format One" : "",
                      program.number_summary(),
-                     header.format_evidence.empty() ? "not stated" : header.format_evidence);
+                     evidence.empty() ? "not stated" : evidence);
 }
 
 /// What passes by on the way over a perfect panel.

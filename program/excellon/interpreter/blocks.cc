@@ -31,19 +31,19 @@ bool Interpreter::is_alone(const Block& block, std::size_t n_words) {
 
 /// One step of the last digit that the program's format has.
 double Interpreter::rounding_mm() const {
-  return (format_.one_unit() * std::pow(10.0, -format_.decimal_digits)).in_mm();
+  return (format().one_unit() * std::pow(10.0, -format().decimal_digits)).in_mm();
 }
 
 /// Says once that a number has more digits than the format, zeros on its left.
 void Interpreter::warn_padded(const Block& block, const Word& word) {
-  if (!has_extra_digits(word.number, format_) || std::exchange(warned_padded_, true)) return;
-  reporter_.report_padded(word.text(), block.line, word.column, format_);
+  if (!has_extra_digits(word.number, format()) || std::exchange(warned_padded_, true)) return;
+  reporter_.report_padded(word.text(), block.line, word.column, format());
 }
 
 bool Interpreter::read_word(const Block& block, const Word& word, MotionWords& out) {
   if (word.letter == 'F') {
     has_dimension_ = true;
-    return read_rate(block, word, format_, modal_.motion != Motion::Drill, reporter_, out.feed);
+    return read_rate(block, word, format(), modal_.motion != Motion::Drill, reporter_, out.feed);
   }
   std::optional<double>& value_mm = word.letter == 'X'   ? out.xy_mm[0]
                                     : word.letter == 'Y' ? out.xy_mm[1]
@@ -56,9 +56,9 @@ bool Interpreter::read_word(const Block& block, const Word& word, MotionWords& o
     report(Code::ArgumentInvalid, block, word, "each letter once");
     return false;
   }
-  const ParsedLength parsed = parse_length(word.number, format_);
+  const ParsedLength parsed = parse_length(word.number, format());
   if (parsed.fault != NumberFault::None) {
-    reporter_.report_number(parsed.fault, word.number, block.line, word.column + 1, format_);
+    reporter_.report_number(parsed.fault, word.number, block.line, word.column + 1, format());
     return false;
   }
   value_mm = parsed.value.in_mm();
@@ -68,7 +68,7 @@ bool Interpreter::read_word(const Block& block, const Word& word, MotionWords& o
   const double step_mm =
       point == std::string_view::npos
           ? rounding_mm()
-          : format_.one_unit().in_mm() *
+          : format().one_unit().in_mm() *
                 std::pow(10.0, -static_cast<double>(word.number.size() - point - 1));
   out.step_mm = std::max(out.step_mm, std::min(step_mm, rounding_mm()));
   return true;
@@ -237,7 +237,7 @@ void Interpreter::keep_target(const TargetPlace& target) {
 /// Four views of a large target have no operation of their own.
 void Interpreter::select_vision_tool(const Block& block) {
   if (!is_alone(block)) return;
-  vision_.select_tool(block, format_);
+  vision_.select_tool(block, format());
   has_dimension_ |= block.arguments.find(',') != block.arguments.npos;  // the views' distance
   if (!keeps_structure()) return;
   if (const auto number = parse_count(block.arguments)) {

@@ -149,7 +149,7 @@ void Interpreter::text_offset(const SourceLine& line) {
   }
   Eigen::Vector2d offset_mm = modal_.text_offset.in_mm();
   const std::string_view value = line.text.substr(comma + 1);
-  const auto done = read_text_offset(value, format_, offset_mm);
+  const auto done = read_text_offset(value, format(), offset_mm);
   if (done) {
     modal_.text_offset = displacement_mm<frame::Programmed>(offset_mm);
     has_dimension_ = true;

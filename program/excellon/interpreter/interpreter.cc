@@ -49,8 +49,7 @@ Interpreter::Interpreter(const Program& program,
       deletes_blocks_(program.deletes_blocks()),
       cursor_(text_, header_.body),
       stated_(header_.stated),
-      format_(header_.format),
-      plain_(format_),
+      plain_(header_.format()),
       axes_(excellon_placement(program.axis_version())),
       frame_(axes_),
       body_rules_(header_.body_rules),
@@ -131,7 +130,7 @@ void Interpreter::run_line(const SourceLine& line) {
     case LineKind::KeyboardOrder:
       has_dimension_ |= has_vision_length(line.text);
       vision_.keyboard_order(line,
-                             format_,
+                             format(),
                              {.line = line.number,
                               .file = std::string(place_.pattern.path),
                               .file_sha256 = std::string(place_.pattern.sha256),
@@ -269,23 +268,26 @@ std::optional<std::size_t> Interpreter::second_block(const Block& block) const {
   return ends && is_place(0, n - 1) ? std::optional(n - 1) : std::nullopt;
 }
 
-/// A comment that states other digits than those in force: two files may have been joined. Digits
-/// that METRIC states rule over comments.
+/// A comment that states another format than the one in force: two files may have been joined.
+/// Digits that METRIC states rule over comments.
 void Interpreter::check_comment(const SourceLine& line) {
+  using Source = StatedFormat::Source;
   const CommentFormat comment = read_comment_format(line.text);
-  const PartialFormat& ruling = stated_.of(StatedFormat::Source::Operator);
-  const bool is_other_unit = comment.unit && !ruling.unit && *comment.unit != format_.unit;
-  const bool is_other_zeros = comment.zeros && !ruling.zeros && *comment.zeros != format_.zeros;
-  const auto source = stated_.source_of_digits();
-  const bool has_ruling_digits = source && *source <= StatedFormat::Source::Word;
-  const bool is_other_digits =
-      comment.digits && !has_ruling_digits &&
-      *comment.digits != std::pair(format_.integer_digits, format_.decimal_digits);
+  const PartialFormat statement{comment.unit, comment.zeros, comment.digits, ""};
+  if (statement.is_empty()) return;
+  check_obeyed(stated_, statement, line.text, line.number, line.column, reporter_);
+  const PartialFormat parts = stated_.obeyed(Source::Comment, statement);
+  const NumberFormat& now = format();
+  const bool has_digits_of_word = stated_.source_of_digits() == Source::Word;
+  const bool is_other_digits = parts.digits && !has_digits_of_word &&
+                               *parts.digits != std::pair(now.integer_digits, now.decimal_digits);
+  const bool is_other_unit = parts.unit && *parts.unit != now.unit;
+  const bool is_other_zeros = parts.zeros && *parts.zeros != now.zeros;
   if (!is_other_unit && !is_other_zeros && !is_other_digits) return;
   reporter_.report(Code::ArgumentInvalid,
                    line.number,
                    line.column,
-                   quoted(line.text) + " contradicts " + format_.summary(),
+                   quoted(line.text) + " contradicts " + now.summary(),
                    "one number format for the whole program");
 }
 

@@ -13,6 +13,7 @@
 #include "program/excellon/patterns/canned_cycles.h"
 #include "program/excellon/patterns/step_repeat.h"
 #include "program/excellon/text/header.h"
+#include "program/excellon/text/header_words.h"
 #include "program/excellon/text/lexer.h"
 #include "program/excellon/text/tools.h"
 #include "program/excellon/vision/vision.h"
@@ -165,7 +166,11 @@ class Interpreter {
   void rate(const Block& block);
   void set_zero(const Block& block);
   void set_unit(const Block& block, LengthUnit unit);
-  void take_format(const Block& block, const StatedFormat& stated);
+  void unit_word(Block& block, const HeaderCommand& command);
+  void take_format(const Block& block, StatedFormat stated);
+  void report_contradiction(const Block& block);
+  void report_outside(Code code, const Block& block);
+  OptionAgain compare_with_header(const Block& block, const HeaderCommand& command);
   bool is_late_unit(LengthUnit unit) const;
   void pass_on_setting(const Block& block);
   void header_word(const SourceLine& line);
@@ -219,6 +224,8 @@ class Interpreter {
   void refuse_cycle(const Block& block, const Word& word, const std::string& why);
 
   // helpers, blocks.cc
+  /// Of the numbers that stand here.
+  const NumberFormat& format() const { return stated_.format(); }
   bool is_alone(const Block& block, std::size_t n_words = 1);
   std::optional<Command> command(const Word& word) const { return command_of(word, set_); }
   bool read_words(const Block& block,
@@ -252,8 +259,7 @@ class Interpreter {
   bool deletes_blocks_;
   LineCursor cursor_;
   StatedFormat stated_;  ///< by the body as well, as far as it is read
-  NumberFormat format_;  ///< that of `stated_`
-  PlainReader plain_;
+  PlainReader plain_;    ///< in the format of `stated_`, see take_format()
   Modal modal_;
   const Placement axes_;  ///< axis version
   Placement frame_;       ///< of what is not inside a section: axis version, and a pattern's zero

@@ -20,8 +20,8 @@ void Interpreter::run_section(int line) {
                      is_plunged_ ? "M16 or M17 first" : "M01 and M08 first");
     return;
   }
-  const auto section =
-      scan_section(cursor_, line, {format_, set_, deletes_blocks_, line_of_open_count_}, reporter_);
+  const auto section = scan_section(
+      cursor_, line, {format(), set_, deletes_blocks_, line_of_open_count_}, reporter_);
   if (!section) {
     ended_ = true;
     return;

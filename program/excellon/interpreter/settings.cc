@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tools and their data, zeros and units.
 #include <algorithm>
+#include <optional>
 #include <string>
 #include <utility>
 
 #include "program/excellon/interpreter/interpreter.h"
+#include "program/excellon/text/header_format.h"
 #include "program/excellon/text/header_words.h"
 #include "program/model/setting_lengths.h"
 
@@ -37,12 +39,10 @@ bool leave_to(const Tool& header, bool body_has_rates, Tool& said) {
 void Interpreter::select_tool(const Block& block) {
   if (refuse_while_plunged(block)) return;
   const auto read =
-      read_tool_block(block, {format_, &header_.tools, program_.reading.diameter_page}, reporter_);
+      read_tool_block(block, {format(), &header_.tools, program_.reading.diameter_page}, reporter_);
   if (!read) return;
   has_dimension_ |= has_dimension(read->tool);
-  for (const char length : {'C', 'Z'}) {
-    if (const Word* const word = block.find(length)) warn_padded(block, *word);
-  }
+  if (const Word* const word = padded_length(block, format())) warn_padded(block, *word);
   const auto index = [this] { return compensation_index_.value_or(tool_ ? tool_->number : 0); };
   const int index_before = index();
   tool_ = known_tool(block, *read);
@@ -91,7 +91,7 @@ void Interpreter::rate(const Block& block) {
   if (!is_alone(block)) return;
   const bool is_table = word.letter == 'F' && modal_.motion != Motion::Drill;
   std::optional<Feed> read;
-  if (!read_rate(block, word, format_, is_table, reporter_, read)) return;
+  if (!read_rate(block, word, format(), is_table, reporter_, read)) return;
   has_dimension_ = true;
   if (is_table) {
     set_table_feed(block, read);
@@ -145,42 +145,54 @@ void Interpreter::set_zero(const Block& block) {
   emitter_.put(block.line, ZeroSet{zero_set, place_.work_zero});
 }
 
-/// Numbers that came before the first statement of a unit were read in the manual's default.
-/// Source CNC-7 manual, Part Program Headers: "must be specified before any commands with
-/// dimensions"
-bool Interpreter::is_late_unit(LengthUnit unit) const {
-  return !stated_.states_unit() && has_dimension_ && unit != format_.unit;
-}
-
 /// M71, M72.
 void Interpreter::set_unit(const Block& block, LengthUnit unit) {
-  PartialFormat words;
-  words.unit = unit;
-  stated_.check_obeyed(words, block.text, block.line, block.column, reporter_);
+  PartialFormat statement;
+  statement.unit = unit;
+  statement.from = std::string(block.text);
+  check_obeyed(stated_, statement, block.text, block.line, block.column, reporter_);
+  if (stated_.is_contradicted_by(statement, StatedFormat::Form::Code)) {
+    return report_contradiction(block);
+  }
+  if (stated_.states_unit() && unit == format().unit) return;
   StatedFormat stated = stated_;
-  stated.add(StatedFormat::Source::Word, words);
-  take_format(block, stated);
+  stated.add(StatedFormat::Source::Word, statement);
+  take_format(block, std::move(stated));
 }
 
-/// A unit only before anything moved, since it changes what numbers mean.
-void Interpreter::take_format(const Block& block, const StatedFormat& stated) {
-  const LengthUnit unit = stated.format().unit;
-  if (unit != format_.unit && (has_motion_ || in_pattern_)) {
+void Interpreter::report_contradiction(const Block& block) {
+  reporter_.report(Code::ArgumentInvalid,
+                   block.line,
+                   block.column,
+                   quoted(block.text) + " contradicts " + format().summary(),
+                   "one number format for the whole program");
+}
+
+/// A format only before anything moved, since it changes what numbers mean. Numbers that came
+/// before the first statement of a unit were read in the manual's default.
+/// Source CNC-7 manual, Part Program Headers: "must be specified before any commands with
+/// dimensions"
+void Interpreter::take_format(const Block& block, StatedFormat stated) {
+  const NumberFormat& next = stated.format();
+  if (next != format() && (has_motion_ || in_pattern_)) {
     return report(Code::CommandMisplaced,
                   block,
                   block.words[0],
                   "the unit before the first coordinate and outside step and repeat");
   }
-  if (is_late_unit(unit)) {
+  if (is_late_unit(next.unit)) {
     reporter_.report(Code::ArgumentInvalid,
                      block.line,
                      block.column,
                      quoted(block.text) + " comes behind numbers whose unit it states",
-                     "INCH or METRIC, with LZ or TZ, before all dimensions");
+                     std::string(kFormatFirst));
   }
-  stated_ = stated;
-  format_ = stated.format();
-  plain_ = PlainReader(format_);
+  stated_ = std::move(stated);
+  plain_ = PlainReader(format());
+}
+
+bool Interpreter::is_late_unit(LengthUnit unit) const {
+  return !stated_.states_unit() && has_dimension_ && unit != format().unit;
 }
 
 /// A header command in the body: "there is no harm done" if the header says the same, and what it
@@ -191,83 +203,94 @@ void Interpreter::header_word(const SourceLine& line) {
   block.line = line.number;
   block.column = line.column;
   block.text = line.text;
-  const auto [word, value] = split_header_command(block.text);
-  const auto report = [&](Code code, std::string what, std::string expected) {
-    reporter_.report(code, block.line, block.column, std::move(what), std::move(expected));
-  };
   if (refuse_pending(block.line, block.text)) return;
-  const bool states_unit = word == "INCH" || word == "METRIC";
-  const std::optional<FormatWords> words = read_format_words(value);
-  StatedFormat stated = stated_;
-  if (states_unit) {
-    PartialFormat parts;
-    parts.unit = word == "INCH" ? LengthUnit::Inch : LengthUnit::Millimeter;
-    if (words) parts.zeros = words->zeros;
-    stated_.check_obeyed(parts, block.text, block.line, block.column, reporter_);
-    const PartialFormat& ruling = stated_.of(StatedFormat::Source::Operator);
-    if (ruling.unit && (ruling.zeros || !parts.zeros)) return;
-    stated.add(StatedFormat::Source::Word, parts);
+  const HeaderCommand command = split_header_command(block.text);
+  const auto& [word, value] = command;
+  if (word == "INCH" || word == "METRIC") return unit_word(block, command);
+  const OptionAgain again = compare_with_header(block, command);
+  if (again == OptionAgain::Contradicts) return;
+  if (again == OptionAgain::Same) {
+    if (word != "ICI" || modal_.incremental == header_.incremental) return;
+    return reporter_.report(Code::ArgumentInvalid,
+                            block.line,
+                            block.column,
+                            quoted(block.text) + " behind " + (modal_.incremental ? "G91" : "G90"),
+                            "G90 and G91 alone, or ICI in the header alone");
   }
-  const LengthUnit unit = stated.format().unit;
-  const Zeros zeros = stated.format().zeros;
-  if (const auto known = header_.options.find(word); known != header_.options.end()) {
-    const HeaderCommand first{known->first, known->second};
-    const OptionAgain again =
-        compare_options(first, {word, value}, format_, stated_.states_zeros());
-    if (again == OptionAgain::Contradicts) {
-      return report(Code::ArgumentInvalid,
-                    quoted(block.text) + " behind " + quoted(first.text()),
-                    "one option, in the header");
-    }
-    const bool is_same = again == OptionAgain::Same && (!states_unit || unit == format_.unit);
-    if (is_same && word == "ICI" && modal_.incremental != header_.incremental) {
-      return report(Code::ArgumentInvalid,
-                    quoted(block.text) + " behind " + (modal_.incremental ? "G91" : "G90"),
-                    "G90 and G91 alone, or ICI in the header alone");
-    }
-    if (is_same) return;
+  const bool is_known_value =
+      word == "ICI" ? value.empty() || value == "ON" || value == "OFF"
+                    : kind_of_header_word(word) == HeaderWordKind::Passed && value != "T";
+  if (!is_known_value || in_pattern_ || in_stored_pattern_ || is_plunged_) {
+    return report_outside(Code::CommandMisplaced, block);
   }
-  if ((stated_.states_unit() && unit != format_.unit) ||
-      (stated_.states_zeros() && zeros != format_.zeros)) {
-    return report(Code::ArgumentInvalid,
-                  quoted(block.text) + " contradicts " + format_.summary(),
-                  "one number format for the whole program");
+  report_outside(Code::HeaderWordInBody, block);
+  if (word != "ICI") return pass_on_setting(block);
+  modal_.incremental = value != "OFF";
+}
+
+/// An option that the header has as well; More: it has none. Contradictions are reported.
+OptionAgain Interpreter::compare_with_header(const Block& block, const HeaderCommand& command) {
+  const auto known = header_.options.find(command.word);
+  if (known == header_.options.end()) return OptionAgain::More;
+  const HeaderCommand first{known->first, known->second};
+  const OptionAgain again = compare_options(first, command, stated_);
+  if (again == OptionAgain::Contradicts) {
+    reporter_.report(Code::ArgumentInvalid,
+                     block.line,
+                     block.column,
+                     quoted(block.text) + " behind " + quoted(first.text()),
+                     "one option, in the header");
+  }
+  return again;
+}
+
+void Interpreter::report_outside(Code code, const Block& block) {
+  reporter_.report(code, block.line, block.column, quoted(block.text), "it between M48 and %");
+}
+
+/// INCH or METRIC, perhaps with zeros; digits are the header's alone.
+void Interpreter::unit_word(Block& block, const HeaderCommand& command) {
+  std::optional<PartialFormat> statement = unit_statement(command);
+  if (!statement) return report_outside(Code::CommandMisplaced, block);
+  check_obeyed(stated_, *statement, block.text, block.line, block.column, reporter_);
+  const PartialFormat parts = stated_.obeyed(StatedFormat::Source::Word, *statement);
+  if (parts.is_empty()) return;
+  const OptionAgain again = compare_with_header(block, command);
+  if (again == OptionAgain::Contradicts) return;
+  if (stated_.is_contradicted_by(*statement, StatedFormat::Form::Word)) {
+    return report_contradiction(block);
   }
   const bool says_nothing_new =
-      stated_.states_unit() && words && !words->digits && (!words->zeros || stated_.states_zeros());
-  if (states_unit && says_nothing_new) return;
-  const bool is_known_value =
-      states_unit     ? words && !words->digits
-      : word == "ICI" ? value.empty() || value == "ON" || value == "OFF"
-                      : kind_of_header_word(word) == HeaderWordKind::Passed && value != "T";
-  if (!is_known_value || in_pattern_ || in_stored_pattern_ || is_plunged_ ||
-      (states_unit && has_motion_)) {
-    return report(Code::CommandMisplaced, quoted(block.text), "it between M48 and %");
+      stated_.states_unit() && !parts.digits && (!parts.zeros || stated_.states_zeros());
+  if (again == OptionAgain::Same || says_nothing_new) return;
+  if (parts.digits || in_pattern_ || in_stored_pattern_ || is_plunged_ || has_motion_) {
+    return report_outside(Code::CommandMisplaced, block);
   }
-  const bool is_late = states_unit && is_late_unit(unit);  // take_format() says so
-  if (has_dimension_ && zeros != format_.zeros && !is_late) {
-    report(Code::ArgumentInvalid,
-           quoted(block.text) + " comes behind numbers whose zeros it states",
-           "INCH or METRIC, with LZ or TZ, before all dimensions");
+  statement->from = std::string(block.text);
+  StatedFormat stated = stated_;
+  stated.add(StatedFormat::Source::Word, *statement);
+  const NumberFormat& next = stated.format();
+  const bool is_late = is_late_unit(next.unit);  // take_format() says so
+  if (has_dimension_ && next.zeros != format().zeros && !is_late) {
+    reporter_.report(Code::ArgumentInvalid,
+                     block.line,
+                     block.column,
+                     quoted(block.text) + " comes behind numbers whose zeros it states",
+                     std::string(kFormatFirst));
   } else if (!is_late) {
-    report(Code::HeaderWordInBody, quoted(block.text), "it between M48 and %");
+    report_outside(Code::HeaderWordInBody, block);
   }
-  if (word == "ICI") {
-    modal_.incremental = value != "OFF";
-    return;
-  }
-  if (!states_unit) return pass_on_setting(block);
-  block.words[0] = {word.front(), block.column, word.substr(1)};
+  block.words[0] = {command.word.front(), block.column, command.word.substr(1)};
   block.n_words = 1;
-  take_format(block, stated);
+  take_format(block, std::move(stated));
 }
 
 /// Settings are passed on as written, and outputs state one unit for all of them.
 void Interpreter::pass_on_setting(const Block& block) {
   const NumberFormat written = header_.number_format();
   has_dimension_ |= has_length(block.text);
-  if ((has_length(block.text) && format_.unit != written.unit) ||
-      (has_bare_length(block.text) && format_.zeros != written.zeros)) {
+  if ((has_length(block.text) && format().unit != written.unit) ||
+      (has_bare_length(block.text) && format().zeros != written.zeros)) {
     return reporter_.report(
         Code::NotSupported,
         block.line,

@@ -119,13 +119,6 @@ std::string against(const NumberCensus& census,
   return reason;
 }
 
-/// True if the two give every number without a decimal point the same value in their units.
-bool are_scaled_alike(const NumberFormat& a, const NumberFormat& b) {
-  if (a.zeros != b.zeros) return false;
-  return a.zeros == Zeros::LeadingKept ? a.integer_digits == b.integer_digits
-                                       : a.decimal_digits == b.decimal_digits;
-}
-
 bool are_alike(const NumberCensus& census, const NumberFormat& a, const NumberFormat& b) {
   if (a.unit != b.unit && census.has_other_lengths) return false;
   if (!are_scaled_alike(a, b) && census.has_other_bare_lengths) return false;
@@ -162,60 +155,115 @@ class FormatChooser {
  public:
   FormatChooser(const DraftedProgram& program, DiagnosticLog& log)
       : program_(program),
-        stated_(program.header.stated),
+        header_(program.header),
+        stated_(header_.whole),
         log_(log),
         reporter_(program.file, log),
-        rules_{program.header.set,
-               program.header.block_delete.value_or(program.reading.block_delete.value_or(false))} {
-    if (program.body) stated_.add(StatedFormat::Source::Word, program.body->format);
-  }
+        rules_{header_.set,
+               header_.block_delete.value_or(program.reading.block_delete.value_or(false))} {}
 
-  std::optional<FormatChoice> choose() {
-    const bool is_known = stated_.knows_unit() && stated_.knows_zeros();
-    const bool is_late =
-        program_.body && program_.header.has_dimension && !program_.header.stated.knows_unit();
-    if (is_known && !is_late && !has_foreign_digits()) return std::nullopt;
-    std::vector<std::string> patterns;
-    if (program_.read_patterns) patterns = program_.read_patterns(program_.text);
-    std::vector<std::string_view> texts(patterns.begin(), patterns.end());
-    texts.insert(texts.begin(), program_.text);
-    const auto has_bare = [&](std::string_view text) { return has_bare_number(text, rules_); };
-    if (stated_.knows_unit() && !is_late && std::ranges::none_of(texts, has_bare)) {
-      return std::nullopt;
+  FormatChoice choose() {
+    const bool is_late = header_.has_dimension && !header_.stated.knows_unit() &&
+                         stated_.source_of_unit() == StatedFormat::Source::Word;
+    const Diagnostic* const trouble = trouble_beside();
+    const bool is_known = stated_.knows_unit() && stated_.knows_zeros() && !is_late;
+    if (is_known && (stated_.states_all() || (trouble == nullptr && !has_foreign_digits()))) {
+      return {};
     }
-    for (const std::string_view text : texts) take_census(text, rules_, census_);
-    census_.is_incremental |= program_.header.incremental;
-    if (is_late) take_late_unit();
-    const bool is_decided = is_known || choose_reading();
-    if (is_decided && has_foreign_digits()) warn_of_digits();
+    read_texts();
+    if (!is_late && !bare_ &&
+        (stated_.states_unit() || (trouble == nullptr && stated_.knows_unit()))) {
+      return {};
+    }
+    if (trouble != nullptr && needs_file()) return refuse(*trouble);
+    if (!is_known) {
+      take_whole_census();
+      if (is_late) take_late_unit();
+      leave_out_diameters_of_another_unit();
+      if (!choose_reading()) return choice_;
+      stated_.add(StatedFormat::Source::Numbers, choice_.numbers);
+    }
+    if (has_foreign_digits() && bare_) warn_of_digits();
     return choice_;
   }
 
  private:
-  /// The unit is stated without its digits, and they are stated elsewhere, or may be.
+  /// What is wrong with a file beside the program, should it be needed; null: nothing.
+  const Diagnostic* trouble_beside() const {
+    const FormatBeside& beside = program_.reading.format_beside;
+    if (beside.fault) return &*beside.fault;
+    const bool states_steps = header_.states_incremental || program_.body.states_steps;
+    return beside.steps && !states_steps ? &*beside.steps : nullptr;
+  }
+
+  /// True where a number has another value if the file states what the program does not.
+  bool needs_file() {
+    if (stated_.states_unit()) return bare_.has_value();
+    take_whole_census();
+    return !are_alike(census_, {.unit = LengthUnit::Inch}, {.unit = LengthUnit::Millimeter});
+  }
+
+  FormatChoice refuse(const Diagnostic& trouble) {
+    log_.add(trouble);
+    choice_.is_open = true;
+    return choice_;
+  }
+
+  /// The unit is stated without its digits, and elsewhere digits that give numbers other values.
   bool has_foreign_digits() const {
-    return stated_.states_unit() && !stated_.states_digits() &&
-           (stated_.knows_digits() || program_.reading.format_beside.fault);
+    NumberFormat usual = stated_.format();
+    usual.take_usual_digits();
+    return stated_.states_unit() && stated_.knows_digits() && !stated_.states_digits() &&
+           !are_scaled_alike(stated_.format(), usual);
+  }
+
+  /// The program and the patterns that it calls.
+  void read_texts() {
+    if (program_.read_patterns) patterns_ = program_.read_patterns(program_.text);
+    texts_.assign(patterns_.begin(), patterns_.end());
+    texts_.insert(texts_.begin(), program_.text);
+    bare_ = find_bare_number(program_.text, rules_);
+    for (std::size_t i = 1; i < texts_.size() && !bare_; ++i) {
+      bare_ = find_bare_number(texts_[i], rules_);
+      if (bare_) bare_->line = bare_->column = 0;  // a line of another file
+    }
+  }
+
+  void take_whole_census() {
+    if (std::exchange(has_census_, true)) return;
+    for (const std::string_view text : texts_) take_census(text, rules_, census_);
+    census_.is_incremental |= header_.incremental;
   }
 
   /// A unit that only the body states is the header's too, if no drill has these diameters in the
   /// other one.
   void take_late_unit() {
-    const LengthUnit unit = *program_.body->format.unit;
-    StatedFormat other = program_.header.stated;
+    const LengthUnit unit = stated_.format().unit;
+    StatedFormat other = header_.stated;
     other.add(StatedFormat::Source::Word,
               {.unit = unit == LengthUnit::Inch ? LengthUnit::Millimeter : LengthUnit::Inch});
     const std::string reason = against_diameters(census_.diameters, other.format());
     if (reason.empty() || !against_diameters(census_.diameters, stated_.format()).empty()) return;
     choice_.numbers.unit = unit;
+    const BodyUnit& said = *std::ranges::find_if(
+        program_.body.units, [&](const BodyUnit& of) { return of.format.unit == unit; });
     reporter_.report(Code::FormatAssumed,
-                     program_.body->line,
+                     said.line,
                      1,
                      fmt::format("{} holds for the tools before it; in {}, {}",
-                                 quoted(program_.body->text),
+                                 quoted(said.text),
                                  other.format().summary(),
                                  reason),
                      std::string(kRemedy));
+  }
+
+  /// Where INCH or METRIC of the header and M71 or M72 of the body differ, tools are in another
+  /// unit than coordinates, and are no evidence of what these mean.
+  void leave_out_diameters_of_another_unit() {
+    const StatedFormat& header = header_.stated;
+    if (!header.states_unit() || header.format().unit == stated_.format().unit) return;
+    census_.has_other_bare_lengths |= census_.diameters.lengths() != 0;
+    census_.diameters = {};
   }
 
   /// False: the program is not to be executed, and the log says why.
@@ -232,16 +280,11 @@ class FormatChooser {
     std::ranges::stable_partition(readings, &std::string::empty, &Reading::against);
     const Reading& best = readings.front();
     const Reading& other = *std::ranges::find_if(readings, differs_from(best));
-    const auto& fault = program_.reading.format_beside.fault;
-    if (!fault && best.against.empty() && !other.against.empty()) {
+    if (best.against.empty() && !other.against.empty()) {
       take(best, other);
       return true;
     }
-    if (fault) {
-      log_.add(*fault);
-    } else {
-      report(Code::FormatAmbiguous, fmt::format("is {} or {}", text_of(best), text_of(other)));
-    }
+    report(Code::FormatAmbiguous, fmt::format("is {} or {}", text_of(best), text_of(other)));
     // Lines that are no blocks, and numbers that no format has, are named as well where they stand.
     const auto fits = [&](const Reading& one) { return fit(census_, one.format); };
     choice_.is_open = !census_.has_faults && std::ranges::any_of(readings, fits);
@@ -262,26 +305,19 @@ class FormatChooser {
 
   /// The manual has a control take the digits that were selected last; the program may have been
   /// written for others.
-  void warn_of_digits() {
-    stated_.add(StatedFormat::Source::Numbers, choice_.numbers);
+  void warn_of_digits() const {
     const NumberFormat& format = stated_.format();
-    const FormatBeside& beside = program_.reading.format_beside;
     NumberFormat usual = format;
     usual.take_usual_digits();
-    std::string what = "is read as " + format.summary();
-    if (beside.fault) {
-      what += fmt::format(", whatever {} states: {}", beside.file, beside.fault->message());
-    } else if (!are_alike(census_, format, usual)) {
-      what += fmt::format(" ({}); {} alone stands for {}",
-                          stated_.of(*stated_.source_of_digits()).from,
-                          format.unit == LengthUnit::Inch ? "INCH" : "METRIC",
-                          usual.summary());
-    } else {
-      return;
-    }
-    report(Code::FormatAssumed,
-           what,
-           "digits behind INCH or METRIC, such as METRIC,TZ,000.000, or --format");
+    reporter_.report(Code::FormatAssumed,
+                     bare_->line,
+                     bare_->column,
+                     fmt::format("{} is read as {} ({}); the usual digits are {}",
+                                 quoted(bare_->text),
+                                 format.summary(),
+                                 stated_.evidence_of_digits(),
+                                 usual.summary()),
+                     "digits behind INCH or METRIC, such as METRIC,TZ,000.000, or --format");
   }
 
   std::string text_of(const Reading& one) const {
@@ -290,26 +326,31 @@ class FormatChooser {
   }
 
   /// At the program's first number.
-  void report(Code code, const std::string& what, std::string_view expected = kRemedy) const {
+  void report(Code code, const std::string& what) const {
     reporter_.report(code,
-                     census_.first_line,
-                     census_.first_column,
-                     quoted(census_.first) + " " + what,
-                     std::string(expected));
+                     census_.first.line,
+                     census_.first.column,
+                     quoted(census_.first.text) + " " + what,
+                     std::string(kRemedy));
   }
 
   const DraftedProgram& program_;
-  StatedFormat stated_;  ///< by the body as well
+  const Header& header_;
+  StatedFormat stated_;  ///< by the body and by the numbers as well
   DiagnosticLog& log_;
   Reporter reporter_;
   LineRules rules_;
+  std::vector<std::string> patterns_;
+  std::vector<std::string_view> texts_;  ///< the program and its patterns
+  std::optional<NumberPlace> bare_;
   NumberCensus census_;
+  bool has_census_ = false;
   FormatChoice choice_;
 };
 
 }  // namespace
 
-std::optional<FormatChoice> choose_format(const DraftedProgram& program, DiagnosticLog& log) {
+FormatChoice choose_format(const DraftedProgram& program, DiagnosticLog& log) {
   return FormatChooser(program, log).choose();
 }
 

@@ -2,13 +2,12 @@
 #pragma once
 
 #include <functional>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "calib/base/diagnostic.h"
-#include "program/excellon/text/body_unit.h"
+#include "program/excellon/text/body_start.h"
 #include "program/excellon/text/header.h"
 #include "program/text/number_format.h"
 #include "program/walk/options.h"
@@ -24,7 +23,7 @@ struct DraftedProgram {
   std::string_view text;
   const PatternTexts& read_patterns;  ///< asked only where numbers decide; may be empty
   const Header& header;
-  std::optional<BodyUnit> body;  ///< looked for where the header states not all of unit and zeros
+  const BodyStart& body;
   const ReadOptions& reading;
 };
 
@@ -35,14 +34,14 @@ struct FormatChoice {
 };
 
 /// Finds the one format that the numbers can be meant in of a program that does not state its unit
-/// or its zeros; docs/conventions.md, "Number format not stated", has what rules a reading out.
+/// or its zeros; docs/conventions.md, "Number format", has what rules a reading out.
 ///
-/// Out    the header is to be read again, with `numbers`; absent: it is as it has to be
-/// Fails  into the log: format-ambiguous, with the extents of two readings; the fault of a file
-///        beside the program that would have decided; warns format-assumed, also of digits that a
+/// Out    with `numbers` the header is to be read again
+/// Fails  into the log: format-ambiguous, with the extents of two readings; what is wrong with a
+///        file beside the program that would decide; warns format-assumed, also of digits that a
 ///        unit takes from outside of the program
 /// Source CNC-7 manual, Leading and Trailing Zeros: which zeros a writer leaves off in each mode;
 ///        Inch vs. Metric: the digits that a control has
-std::optional<FormatChoice> choose_format(const DraftedProgram& program, DiagnosticLog& log);
+FormatChoice choose_format(const DraftedProgram& program, DiagnosticLog& log);
 
 }  // namespace panelcal::excellon

@@ -28,14 +28,11 @@ struct HeaderSetting {
 
 /// The head of a program, before its body.
 struct Header : ProgramHead {
-  NumberFormat format;              ///< that of `stated`
-  StatedFormat stated;              ///< its parts with their sources
-  bool has_dimension = false;       ///< numbers that the unit measures stand in the header
-  bool has_bare_dimension = false;  ///< one of them has no decimal point
-  /// With the unit that only the body states, before its first coordinate: that of outputs.
-  std::optional<NumberFormat> body_format;
-  std::string format_evidence;                ///< its sources, for people; empty: none
-  ProgramSet set = ProgramSet::FormatTwo;     ///< FMAT
+  StatedFormat stated;                     ///< the number format, by the header and outside
+  StatedFormat whole;                      ///< and by the body before its first coordinate
+  bool has_dimension = false;              ///< numbers that the unit measures stand in the header
+  bool has_bare_dimension = false;         ///< one of them has no decimal point
+  ProgramSet set = ProgramSet::FormatTwo;  ///< FMAT
   std::map<int, Length> compensation_values;  ///< CP: diameter by compensation index
   std::vector<HeaderSetting> settings;
   bool incremental = false;                                        ///< ICI,ON
@@ -53,8 +50,24 @@ struct Header : ProgramHead {
   bool is_refused = false;     ///< not-a-program, format-ambiguous: nothing can be walked through
   std::string respelled;  ///< the text in the manual's characters; empty: the source has no others
 
-  NumberFormat number_format() const override { return body_format.value_or(format); }
-  std::string number_summary() const override { return number_format().summary(); }
+  /// Of its own numbers.
+  const NumberFormat& format() const { return stated.format(); }
+  /// The statements that decide how the body's numbers are read, for people; empty: there is none.
+  std::string format_evidence() const { return whole.evidence(); }
+  /// Outputs state one unit in their header: that of the body where only the body states it.
+  NumberFormat number_format() const override { return of_outputs().format(); }
+  /// Not digits that a unit of the program takes from elsewhere, or that only its numbers show.
+  bool declares_digits() const override {
+    const StatedFormat& of = of_outputs();
+    return of.states_digits() ||
+           (!of.states_unit() && of.knows_digits() && of.format().states_digits);
+  }
+  std::string number_summary() const override { return whole.format().summary(); }
+
+ private:
+  const StatedFormat& of_outputs() const {
+    return stated.states_unit() || has_dimension ? stated : whole;
+  }
 };
 
 /// The header of a program in this language.

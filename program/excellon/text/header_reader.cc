@@ -5,7 +5,7 @@
 #include <optional>
 #include <utility>
 
-#include "program/excellon/text/body_unit.h"
+#include "program/excellon/text/body_start.h"
 #include "program/excellon/text/format_choice.h"
 #include "program/excellon/text/header_format.h"
 #include "program/excellon/text/lexer.h"
@@ -48,11 +48,7 @@ class HeaderReader {
       if (ahead == HeaderAhead::Start) read_between_marks();
     }
     find_body();
-    const FormatBeside& beside = reading_.format_beside;
-    if (!header_.states_incremental && beside.is_incremental.value_or(false)) {
-      header_.incremental = true;
-      header_.format_file = beside.file;
-    }
+    format_.check_comments();
     return std::move(header_);
   }
 
@@ -95,8 +91,10 @@ class HeaderReader {
     const auto known = header_.options.find(command.word);
     if (known == header_.options.end()) return false;
     const HeaderCommand first{known->first, known->second};
-    const OptionAgain again =
-        compare_options(first, command, header_.format, header_.stated.states_zeros());
+    if (const auto statement = unit_statement(command)) {
+      check_obeyed(header_.stated, *statement, text, line.number, column_of(line, text), reporter_);
+    }
+    const OptionAgain again = compare_options(first, command, header_.stated);
     if (again == OptionAgain::More) return false;
     if (again == OptionAgain::Same) return true;
     invalid(line.number,
@@ -161,7 +159,8 @@ class HeaderReader {
       return;
     }
     if (text == "M71" || text == "M72") {
-      return format_.read_unit(line.number, column, {text == "M71" ? "METRIC" : "INCH", {}});
+      const std::string_view word = text == "M71" ? "METRIC" : "INCH";
+      return format_.read_unit(line.number, column, text, {word, {}});
     }
     const bool is_spaced = text.find_first_of(" \t") != std::string_view::npos;
     if (is_spaced && text.find(';') == std::string_view::npos && is_header_word(text)) {
@@ -218,7 +217,9 @@ class HeaderReader {
       case HeaderWordKind::Handled:
         break;
     }
-    if (word == "INCH" || word == "METRIC") return format_.read_unit(line, column, {word, value});
+    if (word == "INCH" || word == "METRIC") {
+      return format_.read_unit(line, column, text, {word, value});
+    }
     if (word == "ICI") {
       header_.states_incremental = true;
       return read_switch(line, value_column, value, header_.incremental);
@@ -234,7 +235,7 @@ class HeaderReader {
     }
     if (word == "CAN_TEXT_OFF") {
       Eigen::Vector2d offset_mm = header_.text_offset.in_mm();
-      const auto done = read_text_offset(value, header_.format, offset_mm);
+      const auto done = read_text_offset(value, header_.format(), offset_mm);
       if (!done) return invalid(line, value_column, quoted(value), done.error());
       header_.text_offset = displacement_mm<frame::Programmed>(offset_mm);
       return note_dimension(value);
@@ -266,10 +267,10 @@ class HeaderReader {
                           block.arguments_column == 0;
     for (int axis = 0; axis < 2 && is_point; ++axis) {
       const Word& word = block.words[static_cast<std::size_t>(axis)];
-      const ParsedLength parsed = parse_length(word.number, header_.format);
+      const ParsedLength parsed = parse_length(word.number, header_.format());
       if (parsed.fault != NumberFault::None) {
         return reporter_.report_number(
-            parsed.fault, word.number, line, word.column + 1, header_.format);
+            parsed.fault, word.number, line, word.column + 1, header_.format());
       }
       zero_mm[axis] = parsed.value.in_mm();
     }
@@ -280,7 +281,7 @@ class HeaderReader {
       header_.zero_line = line;
       return;
     }
-    const Eigen::Vector2d written = zero_mm / header_.format.one_unit().in_mm();
+    const Eigen::Vector2d written = zero_mm / header_.format().one_unit().in_mm();
     pass_on(line, fmt::format("ZC,X{}Y{}", with_point(written.x()), with_point(written.y())));
   }
 
@@ -290,7 +291,7 @@ class HeaderReader {
     const auto index = parse_count(value.substr(0, comma));
     const ParsedLength diameter = comma == std::string_view::npos
                                       ? ParsedLength{{}, NumberFault::Malformed}
-                                      : parse_length(value.substr(comma + 1), header_.format);
+                                      : parse_length(value.substr(comma + 1), header_.format());
     if (!index || *index < 1 || *index > 99 || comma + 1 == value.size() ||
         diameter.fault != NumberFault::None) {
       return invalid(line, column, quoted(value), "CP,index,diameter with an index from 1 to 99");
@@ -298,7 +299,7 @@ class HeaderReader {
     header_.compensation_values[*index] = diameter.value;
     note_dimension(value.substr(comma + 1));
     // With a decimal point, since outputs may have other digits.
-    const double written = diameter.value / header_.format.one_unit();
+    const double written = diameter.value / header_.format().one_unit();
     pass_on(line, fmt::format("CP,{},{}", *index, with_point(written)));
   }
 
@@ -338,11 +339,11 @@ class HeaderReader {
       return;
     }
     const auto tool =
-        read_tool_block(block, {header_.format, nullptr, reading_.diameter_page}, reporter_);
+        read_tool_block(block, {header_.format(), nullptr, reading_.diameter_page}, reporter_);
     if (!tool) return;
-    const Word* const padded = padded_length(block, header_.format);
+    const Word* const padded = padded_length(block, header_.format());
     if (padded != nullptr && !std::exchange(warned_padded_, true)) {
-      reporter_.report_padded(padded->text(), line.number, padded->column, header_.format);
+      reporter_.report_padded(padded->text(), line.number, padded->column, header_.format());
     }
     header_.has_dimension |= has_dimension(tool->tool);
     header_.has_bare_dimension |= std::ranges::any_of(block.all(), [](const Word& word) {
@@ -370,12 +371,12 @@ class HeaderReader {
 
   void note_dimension(std::string_view numbers) {
     header_.has_dimension = true;
-    header_.has_bare_dimension |= is_bare(numbers);
+    header_.has_bare_dimension |= has_bare_number(numbers);
   }
 
   /// R,T resets the tool data that came so far.
   void pass_on(int line, std::string_view text) {
-    if (has_length(text)) note_dimension(text);
+    if (has_length(text)) note_dimension(lengths_of(text));
     if (text == "R,T") {
       header_.tools.clear();
       header_.tool_lines.clear();
@@ -392,6 +393,19 @@ class HeaderReader {
   bool has_read_ = false;  ///< a header, or a command of it
   bool warned_padded_ = false;
 };
+
+/// Adds the units that the body states to those of the header. One that contradicts what stands
+/// before it is refused where it is executed.
+void add_body(const BodyStart& body, Header& header) {
+  StatedFormat& whole = header.whole;
+  whole = header.stated;
+  for (const auto& [line, text, form, format] : body.units) {
+    if (whole.is_contradicted_by(format, form)) return;
+    const bool says_unit_again = whole.states_unit() && format.unit == whole.format().unit;
+    const bool says_nothing_new = says_unit_again && (!format.zeros || whole.states_zeros());
+    if (!says_nothing_new) whole.add(StatedFormat::Source::Word, format);
+  }
+}
 
 }  // namespace
 
@@ -410,27 +424,23 @@ Header read_header(const SourceText& source,
   // to read them, and the header is then read again.
   DiagnosticLog of_draft = log;
   Header header = read(of_draft);
-  std::optional<BodyUnit> body;
-  if (!header.stated.states_unit() || !header.stated.states_zeros()) {
-    body = find_body_unit(LineCursor(bytes, header.body), header.set);
-  }
+  const BodyStart body = read_body_start(LineCursor(bytes, header.body), header.set);
+  add_body(body, header);
   const PatternTexts patterns = spelling.calls_patterns ? read_patterns : PatternTexts();
-  const auto choice = choose_format({source.file, bytes, patterns, header, body, reading}, log);
-  if (choice) {
-    outside.add(StatedFormat::Source::Numbers, choice->numbers);
-    header = read(log);
-    header.is_refused = choice->is_open;
-  } else {
-    log = std::move(of_draft);
+  DiagnosticLog of_choice;
+  const FormatChoice choice =
+      choose_format({source.file, bytes, patterns, header, body, reading}, of_choice);
+  if (!choice.numbers.is_empty()) {
+    outside.add(StatedFormat::Source::Numbers, choice.numbers);
+    of_draft = log;
+    header = read(of_draft);
+    add_body(body, header);
   }
-  StatedFormat whole = header.stated;
-  if (body && !header.stated.states_unit()) {
-    whole.add(StatedFormat::Source::Word, body->format);
-    // Outputs state the unit in their header.
-    if (!header.has_dimension) header.body_format = whole.format();
-  }
-  header.format_evidence = whole.evidence();
-  if (whole.uses(StatedFormat::Source::Beside)) header.format_file = reading.format_beside.file;
+  log = std::move(of_draft);
+  for (const Diagnostic& diagnostic : of_choice.kept()) log.add(diagnostic);
+  header.is_refused = choice.is_open;
+  const bool uses_file = header.whole.uses(StatedFormat::Source::Beside);
+  if (uses_file) header.format_file = reading.format_beside.file;
   header.calls_patterns = spelling.calls_patterns;
   header.respelled = std::move(spelling.text);
   return header;

@@ -82,21 +82,32 @@ std::optional<FormatWords> read_format_words(std::string_view value) {
   return words;
 }
 
+std::optional<PartialFormat> unit_statement(const HeaderCommand& command) {
+  const bool is_inch = command.word == "INCH";
+  if (!is_inch && command.word != "METRIC") return std::nullopt;
+  const std::optional<FormatWords> words = read_format_words(command.value);
+  if (!words) return std::nullopt;
+  return PartialFormat{
+      is_inch ? LengthUnit::Inch : LengthUnit::Millimeter, words->zeros, words->digits, ""};
+}
+
 OptionAgain compare_options(const HeaderCommand& first,
                             const HeaderCommand& again,
-                            const NumberFormat& format,
-                            bool states_zeros) {
+                            const StatedFormat& stated) {
   using enum OptionAgain;
   if (first.value == again.value) return Same;
   if (again.word == "ICI" || again.word == "OM48" || again.word == "BLKD") {
     return switched(first.value) == switched(again.value) ? Same : Contradicts;
   }
-  if (again.word != "INCH" && again.word != "METRIC") return Contradicts;
-  const auto words = read_format_words(again.value);
+  const std::optional<PartialFormat> statement = unit_statement(again);
+  if (!statement) return Contradicts;
+  const PartialFormat parts = stated.obeyed(StatedFormat::Source::Word, *statement);
+  const NumberFormat& format = stated.format();
   const std::pair digits(format.integer_digits, format.decimal_digits);
-  if (!words || (words->digits && *words->digits != digits)) return Contradicts;
-  if (!words->zeros || (states_zeros && *words->zeros == format.zeros)) return Same;
-  return states_zeros ? Contradicts : More;
+  if (parts.digits && *parts.digits != digits) return Contradicts;
+  if (!parts.zeros) return Same;
+  if (!stated.states_zeros()) return More;
+  return *parts.zeros == format.zeros ? Same : Contradicts;
 }
 
 bool is_set_up(std::string_view text) {

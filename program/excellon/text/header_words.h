@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "program/excellon/text/stated_format.h"
 #include "program/model/command_class.h"
 #include "program/text/number_format.h"
 #include "program/text/source_text.h"
@@ -51,16 +52,20 @@ struct FormatWords {
 /// Absent: another word than LZ, TZ and digits.
 std::optional<FormatWords> read_format_words(std::string_view value);
 
+/// The statement of INCH or METRIC, its source left open. Absent: it is another word, or has others
+/// than LZ, TZ and digits behind its comma.
+std::optional<PartialFormat> unit_statement(const HeaderCommand& command);
+
 /// An option that comes again means the same whatever its spelling, states more, or contradicts.
 enum class OptionAgain : std::uint8_t { Same, More, Contradicts };
 /// Compares values, not spellings: `ICI` is `ICI,ON`, and `METRIC,TZ` repeats `METRIC,000.000,TZ`.
+/// Parts of a format that the operator rules over contradict nothing.
 ///
-/// In     format: in force; states_zeros: by LZ or TZ
+/// In     stated: in force
 /// Precondition: the words are the same
 OptionAgain compare_options(const HeaderCommand& first,
                             const HeaderCommand& again,
-                            const NumberFormat& format,
-                            bool states_zeros);
+                            const StatedFormat& stated);
 
 /// True for a header command that stands outside the header: a known word that a comma follows, or
 /// one of more than one letter alone. CAN_TEXT_OFF does not count: it is a command of the body.

@@ -13,10 +13,11 @@ namespace panelcal::excellon {
 inline constexpr std::string_view kNcParamName = "nc_param.txt";
 
 /// Reads OUTPUT-UNITS, INTEGER-PLACES, DECIMAL-PLACES, SUPPRESS-LEAD-ZEROES, SUPPRESS-TRAIL-ZEROES
-/// and COORDINATES; all other lines are passed over. Neither and both of the two on zeros leave
+/// and COORDINATES; other lines are passed over. Neither and both of the two on zeros leave
 /// these open: numbers with all their digits are the same with either.
 ///
-/// Fails  argument-invalid: one of them with another value than the editor writes, or twice
+/// Fails  argument-invalid: one of them with another value than the editor writes, twice, or in
+///        another spelling; INTEGER-PLACES or DECIMAL-PLACES without the other
 /// See    tests/program/excellon/text/nc_param_test.cc
 Expected<FormatBeside> read_nc_param(const SourceText& source);
 

@@ -159,6 +159,15 @@ PointedLines look_for_pointed_lines(std::string_view text) {
   return {size, sum == 0 && !has_others};
 }
 
+/// Number of the line that a part of the program stands in.
+int line_of(std::string_view part, std::string_view program) {
+  LineCursor cursor(program);
+  const auto offset = static_cast<std::size_t>(part.data() - program.data());
+  int number = 1;
+  while (!cursor.at_end() && cursor.offset() <= offset) number = cursor.next().number;
+  return number;
+}
+
 /// Passes every line that is executed up to the end of the program to `visit`, as its kind and its
 /// block, until it returns false.
 ///
@@ -288,39 +297,38 @@ unsigned WrittenNumbers::lengths() const {
   return bits;
 }
 
-bool is_bare(std::string_view number) {
-  return number.find('.') == std::string_view::npos && !is_nothing(number);
-}
-
-bool has_bare_number(std::string_view program, const LineRules& rules) {
-  bool is_found = false;
+std::optional<NumberPlace> find_bare_number(std::string_view program, const LineRules& rules) {
+  std::optional<NumberPlace> found;
   visit_lines(program, rules, true, [&](Line line, const Block& block) {
     const auto is_bare_length = [&](const Word& word) {
       const Meaning meaning = meaning_of(block, word, rules.set);
       return meaning != Meaning::None && meaning != Meaning::Rate && is_bare(word.number);
     };
-    is_found = line == Line::Setting
-                   ? block.text.find('.') == std::string_view::npos
-                   : line == Line::Block && std::ranges::any_of(block.all(), is_bare_length);
-    return !is_found;
+    if (line == Line::Setting && has_bare_number(lengths_of(block.text))) {
+      found = NumberPlace{std::string(block.text), line_of(block.text, program), 1};
+    } else if (line == Line::Block) {
+      const auto word = std::ranges::find_if(block.all(), is_bare_length);
+      if (word != block.all().end()) {
+        found = NumberPlace{word->text(), line_of(block.text, program), word->column};
+      }
+    }
+    return !found;
   });
-  return is_found;
+  return found;
 }
 
 void take_census(std::string_view program, const LineRules& rules, NumberCensus& census) {
   bool has_coordinate = !census.x.is_empty() || !census.y.is_empty();
   const auto name_first = [&](std::string_view text, int line, int column, bool is_coordinate_of) {
-    if (!census.first.empty() && (has_coordinate || !is_coordinate_of)) return;
+    if (!census.first.text.empty() && (has_coordinate || !is_coordinate_of)) return;
     has_coordinate = is_coordinate_of;
-    census.first = text;
-    census.first_line = line;
-    census.first_column = column;
+    census.first = {std::string(text), line, column};
   };
   visit_lines(program, rules, false, [&](Line line, const Block& block) {
     census.has_faults |= line == Line::Fault;
     if (line == Line::Setting) {
       census.has_other_lengths = true;
-      census.has_other_bare_lengths |= block.text.find('.') == std::string_view::npos;
+      census.has_other_bare_lengths |= has_bare_number(lengths_of(block.text));
       name_first(block.text, block.line, 1, false);
     }
     if (line != Line::Block) return true;

@@ -64,6 +64,13 @@ class WrittenNumbers {
   bool has_others_ = false;  ///< a text that no format reads
 };
 
+/// A word as it is written, and where.
+struct NumberPlace {
+  std::string text;
+  int line = 0;
+  int column = 0;
+};
+
 /// The numbers of a program that lengths of a job are known of.
 struct NumberCensus {
   WrittenNumbers x;
@@ -76,14 +83,8 @@ struct NumberCensus {
   bool is_incremental = false;
   bool has_faults = false;  ///< a line is no block, whatever the format
   /// The first coordinate, else the first diameter; empty: there is no number.
-  std::string first;
-  int first_line = 0;
-  int first_column = 0;
+  NumberPlace first;
 };
-
-/// True for a number whose value depends on the zeros and digits of the format: one without a
-/// decimal point, and not 0.
-bool is_bare(std::string_view number);
 
 /// Rules by which lines are executed, as far as a census asks.
 struct LineRules {
@@ -91,11 +92,12 @@ struct LineRules {
   bool deletes_blocks = false;  ///< those that begin with /
 };
 
-/// True if a length has digits without a decimal point: the zeros decide what it is.
+/// The first length without a decimal point, which zeros and digits of the format decide; absent:
+/// there is none.
 ///
 /// Cost   O(n); lines of X and Y alone that all have points, or a lone 0, are counted 16 characters
 ///        at a time
-bool has_bare_number(std::string_view program, const LineRules& rules);
+std::optional<NumberPlace> find_bare_number(std::string_view program, const LineRules& rules);
 
 /// Looks at every block that is executed of a program whose format is not known, up to its end.
 /// Messages, texts and comments are passed over.

@@ -1,11 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/excellon/text/stated_format.h"
 
+#include <algorithm>
 #include <tuple>
+#include <utility>
 
 #include "program/walk/options.h"
 
 namespace panelcal::excellon {
+namespace {
+
+template <class Part>
+bool parts_differ(const Part& a, const Part& b) {
+  return a && b && *a != *b;
+}
+
+}  // namespace
 
 StatedFormat::StatedFormat(const ReadOptions& reading) {
   add(Source::Operator, reading.forced_format);
@@ -13,68 +23,108 @@ StatedFormat::StatedFormat(const ReadOptions& reading) {
   if (!reading.format_beside.fault) add(Source::Setting, reading.last_format);
 }
 
-void StatedFormat::add(Source source, const PartialFormat& parts) {
-  PartialFormat& known = parts_[static_cast<std::size_t>(source)];
-  // Digits belong to the unit that they were stated with.
-  if (parts.unit && known.unit && *parts.unit != *known.unit) known.digits.reset();
-  if (parts.unit) known.unit = parts.unit;
-  if (parts.zeros) known.zeros = parts.zeros;
-  if (parts.digits) known.digits = parts.digits;
-  if (!parts.from.empty()) known.from = parts.from;
+void StatedFormat::add(Source source, const PartialFormat& statement) {
+  if (statement.is_empty()) return;
+  Statement added{source, statement, statement.unit};
+  // In inch a control has one digit format only (CNC-7 manual, Inch vs. Metric).
+  if (source == Source::Setting && !statement.unit) added.unit_of_digits = LengthUnit::Millimeter;
+  const auto place = std::ranges::upper_bound(statements_, source, {}, &Statement::source);
+  statements_.insert(place, std::move(added));
   decide();
 }
 
+/// Of the first source with such a statement: the last one, of comments the first one.
+template <class States>
+StatedFormat::Index StatedFormat::first_that(const States& states) const {
+  Index found;
+  for (std::size_t i = 0; i < statements_.size(); ++i) {
+    const Source source = statements_[i].source;
+    if (found && (source == Source::Comment || source != statements_[*found].source)) break;
+    if (states(statements_[i])) found = i;
+  }
+  return found;
+}
+
 void StatedFormat::decide() {
-  const auto first = [&](const auto& states) {
-    std::optional<Source> source;
-    for (std::size_t i = 0; i < kSources && !source; ++i) {
-      if (states(parts_[i])) source = static_cast<Source>(i);
-    }
-    return source;
-  };
   format_ = {};
-  unit_ = first([](const PartialFormat& parts) { return parts.unit.has_value(); });
-  if (unit_) format_.unit = *of(*unit_).unit;
-  const auto is_of_unit = [&](const PartialFormat& parts) {
-    return parts.unit.value_or(format_.unit) == format_.unit;
-  };
-  // Of a comment on numbers of the other unit, zeros mean nothing either.
-  const PartialFormat& comment = of(Source::Comment);
-  zeros_ = first([&](const PartialFormat& parts) {
-    return parts.zeros && (&parts != &comment || is_of_unit(parts));
+  unit_ = first_that([](const Statement& of) { return of.parts.unit.has_value(); });
+  if (unit_) format_.unit = *statements_[*unit_].parts.unit;
+  zeros_ = first_that([&](const Statement& of) {
+    const bool is_of_a_unit = of.source == Source::Comment || of.source == Source::Beside;
+    return of.parts.zeros &&
+           (!is_of_a_unit || of.parts.unit.value_or(format_.unit) == format_.unit);
   });
-  if (zeros_) format_.zeros = *of(*zeros_).zeros;
-  digits_ = first([&](const PartialFormat& parts) { return parts.digits && is_of_unit(parts); });
+  if (zeros_) format_.zeros = *statements_[*zeros_].parts.zeros;
+  digits_ = first_that([&](const Statement& of) {
+    return of.parts.digits && of.unit_of_digits.value_or(format_.unit) == format_.unit;
+  });
   format_.take_usual_digits();
   if (!digits_) return;
-  std::tie(format_.integer_digits, format_.decimal_digits) = *of(*digits_).digits;
-  format_.states_digits = *digits_ != Source::Numbers;
+  const Statement& digits = statements_[*digits_];
+  std::tie(format_.integer_digits, format_.decimal_digits) = *digits.parts.digits;
+  format_.states_digits = digits.source != Source::Numbers;
+}
+
+bool StatedFormat::uses(Source source) const {
+  return source_of_unit() == source || source_of_zeros() == source || source_of_digits() == source;
 }
 
 std::string StatedFormat::evidence() const {
   std::string text;
-  for (std::size_t i = 0; i < kSources; ++i) {
-    if (parts_[i].from.empty() || !uses(static_cast<Source>(i))) continue;
-    text += (text.empty() ? "" : "; ") + parts_[i].from;
+  for (std::size_t i = 0; i < statements_.size(); ++i) {
+    const std::string& from = statements_[i].parts.from;
+    if (from.empty() || (unit_ != i && zeros_ != i && digits_ != i)) continue;
+    text += (text.empty() ? "" : "; ") + from;
   }
   return text;
 }
 
-void StatedFormat::check_obeyed(const PartialFormat& statement,
-                                std::string_view text,
-                                int line,
-                                int column,
-                                const Reporter& reporter) const {
-  const PartialFormat& ruling = of(Source::Operator);
-  const auto differ = [](const auto& a, const auto& b) { return a && b && *a != *b; };
-  if (!differ(statement.unit, ruling.unit) && !differ(statement.zeros, ruling.zeros) &&
-      !differ(statement.digits, ruling.digits)) {
-    return;
+PartialFormat StatedFormat::obeyed(Source source, PartialFormat statement) const {
+  const bool rules_unit = source_of_unit() == Source::Operator;
+  if (rules_unit && statement.unit.value_or(format_.unit) != format_.unit) {
+    statement.digits.reset();
+    if (source == Source::Comment) statement.zeros.reset();
   }
+  if (rules_unit) statement.unit.reset();
+  if (source_of_zeros() == Source::Operator) statement.zeros.reset();
+  if (source_of_digits() == Source::Operator) statement.digits.reset();
+  return statement;
+}
+
+bool StatedFormat::is_overruled(const PartialFormat& statement) const {
+  if (statements_.empty() || statements_.front().source != Source::Operator) return false;
+  const PartialFormat& ruling = statements_.front().parts;
+  return parts_differ(statement.unit, ruling.unit) || parts_differ(statement.zeros, ruling.zeros) ||
+         parts_differ(statement.digits, ruling.digits);
+}
+
+std::string StatedFormat::ruling() const {
+  const bool is_there = !statements_.empty() && statements_.front().source == Source::Operator;
+  return is_there ? statements_.front().parts.from : std::string();
+}
+
+bool StatedFormat::is_contradicted_by(const PartialFormat& statement, Form form) const {
+  const PartialFormat parts = obeyed(Source::Word, statement);
+  const auto is_comment_on_all = [&](const Statement& of) {
+    return of.source == Source::Comment && of.parts.unit == format_.unit;
+  };
+  const bool may_change_unit = form == Form::Code && source_of_unit() == Source::Word &&
+                               std::ranges::none_of(statements_, is_comment_on_all);
+  return (parts.unit && states_unit() && !may_change_unit && *parts.unit != format_.unit) ||
+         (parts.zeros && states_zeros() && *parts.zeros != format_.zeros);
+}
+
+void check_obeyed(const StatedFormat& stated,
+                  const PartialFormat& statement,
+                  std::string_view text,
+                  int line,
+                  int column,
+                  const Reporter& reporter) {
+  if (!stated.is_overruled(statement)) return;
   reporter.report(Code::FormatOverridden,
                   line,
                   column,
-                  quoted(text) + " is not obeyed: " + ruling.from,
+                  quoted(text) + " is not obeyed: " + stated.ruling(),
                   "the format that the program states");
 }
 

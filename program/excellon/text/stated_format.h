@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "program/text/number_format.h"
 #include "program/walk/reporter.h"
@@ -17,11 +17,12 @@ struct ReadOptions;
 
 namespace panelcal::excellon {
 
-/// The number format of a program, each part with the source that states it.
+/// The number format of a program: all statements about it, and what they make together.
 ///
-/// The first source in the order of Source that states a part decides it; digits only where they
-/// are of the unit that was decided. A part that no source states is the manual's: inch, leading
-/// zeros, 00.0000 or 000.000.
+/// The first source in the order of Source that states a part decides it: of several statements the
+/// last one, of comments the first one. Digits count for the unit that they were stated with, and
+/// so do the zeros of a comment and of a file beside the program. A part that no source states is
+/// the manual's: inch, leading zeros, 00.0000 or 000.000.
 ///
 /// Source CNC-7 manual, Leading and Trailing Zeros; Metric Measuring Mode: "the digit format you
 ///        last selected"
@@ -36,53 +37,82 @@ class StatedFormat {
     Setting,   ///< [program], the control's last setting
     Numbers,   ///< the program's numbers (format_choice.h)
   };
+  /// Statements of a body: INCH and METRIC, or the codes M71 and M72.
+  enum class Form : std::uint8_t { Word, Code };
 
   StatedFormat() = default;
   /// All that is stated outside of the program. A file beside it that cannot be read might rule
   /// over [program], which is then left out.
   explicit StatedFormat(const ReadOptions& reading);
 
-  /// Adds parts to those that a source has; a later statement of it rules over an earlier one.
-  void add(Source source, const PartialFormat& parts);
+  /// Adds a statement, whose parts count where no other one rules over them.
+  void add(Source source, const PartialFormat& statement);
 
   const NumberFormat& format() const { return format_; }
-  const PartialFormat& of(Source source) const { return parts_[static_cast<std::size_t>(source)]; }
   /// Stated by the program or by the operator.
   bool states_unit() const { return is_stated(unit_); }
   bool states_zeros() const { return is_stated(zeros_); }
   bool states_digits() const { return is_stated(digits_); }
+  bool states_all() const { return states_unit() && states_zeros() && states_digits(); }
   /// Stated anywhere.
   bool knows_unit() const { return unit_.has_value(); }
   bool knows_zeros() const { return zeros_.has_value(); }
   bool knows_digits() const { return digits_.has_value(); }
-  /// The source of the digits; absent: they are the unit's usual ones.
-  std::optional<Source> source_of_digits() const { return digits_; }
+  /// Absent: the part is the manual's.
+  std::optional<Source> source_of_unit() const { return source_of(unit_); }
+  std::optional<Source> source_of_zeros() const { return source_of(zeros_); }
+  std::optional<Source> source_of_digits() const { return source_of(digits_); }
   /// True if a part of the format is of this source.
-  bool uses(Source source) const {
-    return unit_ == source || zeros_ == source || digits_ == source;
-  }
-  /// The sources of the parts, for people; empty: nothing states one.
+  bool uses(Source source) const;
+  /// The statements that decide a part, for people; empty: there is none.
   std::string evidence() const;
+  /// The one that decides the digits.
+  ///
+  /// Precondition: knows_digits()
+  const std::string& evidence_of_digits() const { return statements_[*digits_].parts.from; }
 
-  /// Warns of a statement of the program that the operator's contradicts (format-overridden).
-  void check_obeyed(const PartialFormat& statement,
-                    std::string_view text,
-                    int line,
-                    int column,
-                    const Reporter& reporter) const;
+  /// The parts of a statement of the program that the operator does not rule over. Where its unit
+  /// is another one than the operator's, its digits do not count, nor the zeros of a comment.
+  PartialFormat obeyed(Source source, PartialFormat statement) const;
+  /// True if the operator states a part otherwise.
+  bool is_overruled(const PartialFormat& statement) const;
+  /// The operator's statement, for people.
+  std::string ruling() const;
+
+  /// True if a statement of the body is not to be obeyed, since the program has stated another unit
+  /// or other zeros before it. M71 and M72 may change a unit that INCH or METRIC states, not one
+  /// that a comment states as well, which is about all numbers of the file.
+  bool is_contradicted_by(const PartialFormat& statement, Form form) const;
 
  private:
-  static bool is_stated(std::optional<Source> source) {
-    return source && *source <= Source::Comment;
+  struct Statement {
+    Source source;
+    PartialFormat parts;
+    std::optional<LengthUnit> unit_of_digits;  ///< absent: either
+  };
+  using Index = std::optional<std::size_t>;
+
+  bool is_stated(Index part) const { return part && statements_[*part].source <= Source::Comment; }
+  std::optional<Source> source_of(Index part) const {
+    return part ? std::optional(statements_[*part].source) : std::nullopt;
   }
+  template <class States>
+  Index first_that(const States& states) const;
   void decide();
 
-  static constexpr std::size_t kSources = 6;
-  std::array<PartialFormat, kSources> parts_;
-  std::optional<Source> unit_;
-  std::optional<Source> zeros_;
-  std::optional<Source> digits_;
+  std::vector<Statement> statements_;  ///< in the order of their sources
+  Index unit_;
+  Index zeros_;
+  Index digits_;
   NumberFormat format_;
 };
+
+/// Warns of a statement of the program that the operator's contradicts (format-overridden).
+void check_obeyed(const StatedFormat& stated,
+                  const PartialFormat& statement,
+                  std::string_view text,
+                  int line,
+                  int column,
+                  const Reporter& reporter);
 
 }  // namespace panelcal::excellon

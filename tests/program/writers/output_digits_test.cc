@@ -34,6 +34,9 @@ TEST(OutputDigits, AreTheUsualOnesWhereTheSourceDeclaresOthersOrHasPoints) {
   EXPECT_EQ(form(source(LengthUnit::Inch, 2, 6)), "00.0000");
   EXPECT_EQ(form(source(LengthUnit::Inch, 3, 3)), "00.0000");
   EXPECT_EQ(form(source(LengthUnit::Millimeter, 4, 2, true)), "000.000");
+  ProgramInfo undeclared = source(LengthUnit::Millimeter, 3, 2);
+  undeclared.declares_digits = false;
+  EXPECT_EQ(form(undeclared), "000.000");
 }
 
 TEST(OutputDigits, OfSiebMeyerAreMicrometres) {

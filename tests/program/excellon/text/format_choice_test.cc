@@ -4,6 +4,7 @@
 #include "program/excellon/text/format_choice.h"
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "program/excellon/text/header_reader.h"
@@ -146,7 +147,7 @@ TEST(FormatChoice, LetsTheWalkComeToNumbersThatNoFormatHas) {
 
 TEST(FormatChoice, DrillsHaveNoDiameterOfMicrometresOrInches) {
   const Read out = read("M48\nT1C.020\n%\nT1\nX1.5Y2.0\nX3.5Y4.0\nM30\n");
-  EXPECT_EQ(out.header.format.unit, LengthUnit::Inch);
+  EXPECT_EQ(out.header.format().unit, LengthUnit::Inch);
   EXPECT_EQ(out.diagnostics, Lines{"p.exc:5:1: warning[format-assumed]"});
   EXPECT_THAT(out.text, HasSubstr("a drill would have 0.02 mm"));
   EXPECT_EQ(summary("M48\nT1C.864\n%\nT1\nX1.5Y2.0\nX3.5Y4.0\nM30\n"),
@@ -174,7 +175,7 @@ TEST(FormatChoice, CoordinatesStayWithinTheTravel) {
   const std::string program = "M72\nT1\nX69724Y10689\nX43741Y11111\nM30\n";
   EXPECT_EQ(summary(program), "inch 2.4, trailing zeros kept");
   const std::string wide = "M48\nMETRIC\n%\nT1\nX0011Y0011\nX71111Y1111\nM30\n";
-  EXPECT_EQ(read(wide).header.format.zeros, Zeros::LeadingKept);
+  EXPECT_EQ(read(wide).header.format().zeros, Zeros::LeadingKept);
   EXPECT_THAT(read(wide, {.travel_mm = {{500, 500}}}).diagnostics,
               testing::ElementsAre("p.exc:5:1: error[format-ambiguous]"));
 }
@@ -207,13 +208,13 @@ TEST(FormatChoice, ReadsTheToolsInTheUnitOfTheBodyWhereNoDrillHasThemInTheOther)
   const Read out = read(
       "M48\nT01C.864\nT02C1.092\nR,H\n/\n%\nG90\nM71\nG93X000000Y000000\nG05\nT01\nX40500Y6270\n"
       "Y3730\nX37000Y8960\nX76461\nM30\n");
-  EXPECT_EQ(out.header.format.summary(), "metric 3.3, trailing zeros kept");
+  EXPECT_EQ(out.header.format().summary(), "metric 3.3, trailing zeros kept");
   EXPECT_DOUBLE_EQ(out.header.tools.at(1).diameter->in_mm(), 0.864);
 }
 
 TEST(FormatChoice, LeavesAUnitLateWhereTheToolsFitBoth) {
   const Read out = read("M48\nT01C.1\n%\nM71\nT01\nX040500Y006270\nM30\n");
-  EXPECT_EQ(out.header.format.unit, LengthUnit::Inch);  // its line is refused when it is executed
+  EXPECT_EQ(out.header.format().unit, LengthUnit::Inch);  // its line is refused when it is executed
 }
 
 // --- what is stated elsewhere --------------------------------------------------------------------
@@ -224,7 +225,7 @@ TEST(FormatChoice, TheLastSettingDecidesWithoutAWarning) {
   const Read out = read("T1\nX100Y2000\nX300Y400\nM30\n", reading);
   EXPECT_EQ(out.diagnostics, Lines{});
   EXPECT_EQ(out.header.number_summary(), "metric 4.2, trailing zeros kept");
-  EXPECT_EQ(out.header.format_evidence, "[program]");
+  EXPECT_EQ(out.header.format_evidence(), "[program]");
   EXPECT_EQ(summary("M48\nMETRIC,LZ\n%\nM30\n", reading), "metric 4.2, leading zeros kept");
   EXPECT_EQ(summary("M48\nINCH,LZ\n%\nM30\n", reading), "inch 2.4, leading zeros kept");
 }
@@ -236,9 +237,9 @@ TEST(FormatChoice, WarnsOfDigitsThatAUnitTakesFromElsewhere) {
   const Read out = read("M48\nMETRIC,TZ\n%\nT1\nX1234Y2345\nM30\n", reading);
   EXPECT_EQ(out.diagnostics, Lines{"p.exc:5:1: warning[format-assumed]"});
   EXPECT_THAT(out.text, HasSubstr("metric 4.2, trailing zeros kept ([program])"));
-  EXPECT_THAT(out.text, HasSubstr("METRIC alone stands for metric 3.3, trailing zeros kept"));
+  EXPECT_THAT(out.text, HasSubstr("the usual digits are metric 3.3, trailing zeros kept"));
   EXPECT_EQ(out.header.number_summary(), "metric 4.2, trailing zeros kept");
-  EXPECT_EQ(out.header.format_evidence, "line 2: METRIC,TZ; [program]");
+  EXPECT_EQ(out.header.format_evidence(), "line 2: METRIC,TZ; [program]");
   const Lines in_the_body{"p.exc:3:1: warning[format-assumed]"};
   EXPECT_EQ(read("M71\nT1\nX1234Y2345\nM30\n", reading).diagnostics, in_the_body);
 }
@@ -297,18 +298,84 @@ TEST(FormatChoice, ReadsAProgramThatNeedsNoFileBesideIt) {
 }
 
 /// By the manual METRIC is 000.000, and the file may say otherwise.
-TEST(FormatChoice, WarnsOfDigitsThatAFileBesideItMayStateThatCannotBeRead) {
-  const Read out = read("M48\nMETRIC,TZ\n%\nT1\nX1234Y2345\nM30\n", with_unreadable_file_beside());
-  EXPECT_EQ(out.diagnostics, Lines{"p.exc:5:1: warning[format-assumed]"});
-  EXPECT_THAT(out.text, HasSubstr("metric 3.3, trailing zeros kept, whatever nc_param.txt states"));
+TEST(FormatChoice, RefusesBareNumbersWhoseDigitsAFileMayStateThatCannotBeRead) {
+  for (const char* text : {"M48\nMETRIC,TZ\n%\nT1\nX1234Y2345\nM30\n",
+                           "M48\nMETRIC,TZ\n%\nT1\nX1.5Y2.5\nDN,05\nM30\n"}) {
+    const Read out = read(text, with_unreadable_file_beside());
+    EXPECT_EQ(out.diagnostics, Lines{"nc_param.txt:1:1: error[argument-invalid]"}) << text;
+    EXPECT_TRUE(out.header.is_refused) << text;
+  }
+}
+
+ReadOptions with_steps_beside(PartialFormat format = {}) {
+  ReadOptions reading;
+  reading.format_beside.format = std::move(format);
+  reading.format_beside.file = "nc_param.txt";
+  reading.format_beside.steps = Diagnostic{Code::NotSupported, {"nc_param.txt", 7, 1}, "", ""};
+  return reading;
+}
+
+/// COORDINATES INCREMENTAL: places would be others, and the manual's default is absolute.
+TEST(FormatChoice, RefusesStepsThatOnlyTheFileBesideItStates) {
+  const Lines refused{"nc_param.txt:7:1: error[not-supported]"};
+  const ReadOptions alone = with_steps_beside();
+  for (const char* text : {"M48\nMETRIC,TZ\n%\nT1\nX5000Y5000\nX10000Y12000\nM30\n",
+                           "M48\nMETRIC,000.000\n%\nT1\nX5000Y5000\nM30\n",
+                           "M48\nT1C0.8\n%\nT1\nX5.0Y5.0\nM30\n"}) {
+    EXPECT_EQ(read(text, alone).diagnostics, refused) << text;
+    EXPECT_TRUE(read(text, alone).header.is_refused) << text;
+  }
+  const ReadOptions whole = with_steps_beside(
+      {LengthUnit::Millimeter, Zeros::TrailingKept, std::pair(2, 5), "nc_param.txt"});
+  EXPECT_EQ(read("T1\nX5.0Y5.0\nM30\n", whole).diagnostics, refused);
+  EXPECT_EQ(read("M71\nT1\nX500000Y5.0\nM30\n", whole).diagnostics, refused);
+}
+
+/// What a program states whole is read as without the file.
+TEST(FormatChoice, LeavesStepsOfAFileOutThatItDoesNotNeed) {
+  const ReadOptions reading = with_steps_beside();
+  for (const char* text : {";FILE_FORMAT=3:3\nM48\nMETRIC,TZ\nT1C0.8\n%\nT1\nX5000Y5000\nM30\n",
+                           "M48\nMETRIC,TZ,000.000\n%\nT1\nX5000Y5000\nM30\n",
+                           "M48\nMETRIC\n%\nT1\nX5.0Y5.0\nM30\n"}) {
+    const Read out = read(text, reading);
+    EXPECT_EQ(out.diagnostics, Lines{}) << text;
+    EXPECT_FALSE(out.header.incremental) << text;
+    EXPECT_EQ(out.header.format_file, "") << text;
+  }
+  const std::string open = "%\nT1\nX5000Y5000\nM30\n";
+  for (const char* head : {"M48\nMETRIC,TZ\nICI,OFF\n",
+                           "M48\nMETRIC,TZ\nG90\n",
+                           "; Format : 3.3 / Absolute / MM / Leading\nM48\n"}) {
+    EXPECT_EQ(read(head + open, reading).diagnostics, Lines{}) << head;
+  }
+  for (const char* steps : {"G91\n", "G90\n", "ICI,ON\n"}) {
+    const std::string text = std::string("M48\nMETRIC,TZ\n%\nT1\n") + steps + "X5000Y5000\nM30\n";
+    EXPECT_EQ(read(text, reading).diagnostics, Lines{}) << steps;
+  }
+  ReadOptions forced = reading;
+  forced.forced_format = *parse_format("metric,tz,3.3");
+  EXPECT_EQ(read("T1\nX5000Y5000\nM30\n", forced).diagnostics, Lines{});
+}
+
+/// Digits as METRIC has them anyway are no others, whoever states them.
+TEST(FormatChoice, SaysNothingOfTheUsualDigitsInTheLastSetting) {
+  const ReadOptions reading{.last_format = {{}, {}, std::pair(3, 3), "[program]"}};
+  const auto untouched = [](std::string_view) -> std::vector<std::string> {
+    ADD_FAILURE() << "the numbers are not looked at";
+    return {};
+  };
+  DiagnosticLog log;
+  read_header(
+      {"p.exc", "M48\nMETRIC,TZ\n%\nT1\nX1000Y2000\nM99,PAT\nX1\nM30\n"}, reading, log, untouched);
+  EXPECT_EQ(test::briefs(log), Lines{});
 }
 
 TEST(FormatChoice, TheFileBesideTheProgramRulesOverTheLastSetting) {
   const ReadOptions reading{
       .format_beside = {.format = {LengthUnit::Millimeter, {}, std::pair(2, 5), "nc_param.txt"},
-                        .is_incremental = {},
                         .file = "nc_param.txt",
-                        .fault = {}},
+                        .fault = {},
+                        .steps = {}},
       .last_format = {LengthUnit::Inch, Zeros::TrailingKept, std::pair(2, 4), "[program]"}};
   EXPECT_EQ(summary("T1\nX4890000Y3835000\nM30\n", reading), "metric 2.5, trailing zeros kept");
 }

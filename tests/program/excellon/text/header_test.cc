@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "program/excellon/text/header_reader.h"
@@ -36,7 +37,7 @@ ReadHeader read(std::string text,
 NumberFormat format_of(const std::string& lines) {
   const ReadHeader out = read("M48\n" + lines + "%\n");
   EXPECT_TRUE(out.diagnostics.empty()) << out.diagnostics.front();
-  return out.header.format;
+  return out.header.format();
 }
 
 using Texts = std::vector<std::string>;
@@ -51,7 +52,7 @@ TEST(Header, EndsWithPercentOrM95) {
 TEST(Header, CommentsAndBlankLinesAreAllowed) {
   const ReadHeader out = read("; made today\n\nM48\n; hello\n\nINCH,TZ\n%\nG05\n");
   EXPECT_EQ(out.diagnostics, Texts{});
-  EXPECT_EQ(out.header.format.zeros, Zeros::TrailingKept);
+  EXPECT_EQ(out.header.format().zeros, Zeros::TrailingKept);
 }
 
 TEST(Header, WithoutM48TheBodyBeginsAtTheFirstLine) {
@@ -66,7 +67,7 @@ TEST(Header, APercentInFrontOfAHeaderlessBodyIsARewindStop) {
 TEST(Header, APercentMayStandBeforeM48) {
   const ReadHeader out = read("%\nM48\nMETRIC,TZ\n%\nT1\n");
   EXPECT_EQ(out.diagnostics, Texts{});
-  EXPECT_EQ(out.header.format.unit, LengthUnit::Millimeter);
+  EXPECT_EQ(out.header.format().unit, LengthUnit::Millimeter);
   EXPECT_EQ(out.first_body_line(), "T1");
 }
 
@@ -85,7 +86,7 @@ TEST(Header, SaysWhereAnOpenHeaderBegan) {
 /// program or enter them at the CNC-7 console."
 TEST(Header, CommandsBeforeTheFirstBlockAreAHeader) {
   const ReadHeader out = read("; by hand\nINCH,TZ\nVER,3\nG90\nICI,ON\nATC,ON\nT1C.04\nX1\n");
-  EXPECT_EQ(out.header.format.summary(), "inch 2.4, trailing zeros kept");
+  EXPECT_EQ(out.header.format().summary(), "inch 2.4, trailing zeros kept");
   EXPECT_TRUE(out.header.stated.states_unit() && out.header.stated.states_zeros() &&
               out.header.incremental);
   EXPECT_EQ(out.header.axis_version, 3);
@@ -117,7 +118,7 @@ TEST(Header, SetUpWordsWithoutACommandBehindThemAreTheBody) {
 /// gerbv's example ekf2.
 TEST(Header, MayStandBehindSetUpWordsAndComeTwice) {
   const ReadHeader out = read("G90\nM72\nM48\nT7C0.035\n%\nG90\nM72\nM48\n%\nT7\n");
-  EXPECT_EQ(out.header.format.unit, LengthUnit::Inch);
+  EXPECT_EQ(out.header.format().unit, LengthUnit::Inch);
   EXPECT_TRUE(out.header.stated.states_unit());
   EXPECT_EQ(out.header.tools.size(), 1U);
   EXPECT_EQ(out.header.end_line, 9);
@@ -143,14 +144,14 @@ TEST(Header, AnOptionMayComeAgainInAnotherSpelling) {
   }
   const ReadHeader more = read("M48\nINCH\n%\nINCH,TZ\nT1\n");
   EXPECT_EQ(more.diagnostics, Texts{"p.exc:4:1: warning[header-word-in-body]"});
-  EXPECT_EQ(more.header.format.zeros, Zeros::TrailingKept);
+  EXPECT_EQ(more.header.format().zeros, Zeros::TrailingKept);
   EXPECT_THAT(read("M48\nICI\n%\nICI,OFF\nT1\n").texts.at(0),
               testing::HasSubstr("\"ICI,OFF\" behind \"ICI\";"));
 }
 
 TEST(Header, BlanksInACommandHaveNoMeaning) {
   const ReadHeader out = read("M48\nMETRIC, TZ ,000.00\nFOO BAR\n%\n");
-  EXPECT_EQ(out.header.format.summary(), "metric 3.2, trailing zeros kept");
+  EXPECT_EQ(out.header.format().summary(), "metric 3.2, trailing zeros kept");
   EXPECT_EQ(
       out.diagnostics,
       (Texts{"p.exc:2:1: warning[notation-accepted]", "p.exc:3:1: error[header-word-unknown]"}));
@@ -160,14 +161,14 @@ TEST(Header, BlanksInACommandHaveNoMeaning) {
 
 TEST(Header, ManualDefaultIsInchWithLeadingZeros) {
   const ReadHeader out = read("M48\n%\n");
-  EXPECT_EQ(out.header.format.summary(), "inch 2.4, leading zeros kept");
+  EXPECT_EQ(out.header.format().summary(), "inch 2.4, leading zeros kept");
   EXPECT_FALSE(out.header.stated.states_unit());
 }
 
 TEST(Header, DigitsOfACommentBelongToItsUnit) {
   const std::string metric = "; Format : 3.3 / Absolute / MM / Leading\n";
   const std::string inch = "; Format : 2.4 / Absolute / Inch / Trailing\n";
-  EXPECT_EQ(read(metric + "M48\nINCH,TZ\n%\n").header.format.summary(),
+  EXPECT_EQ(read(metric + "M48\nINCH,TZ\n%\n").header.format().summary(),
             "inch 2.4, trailing zeros kept");
   EXPECT_EQ(format_of("METRIC,TZ\n" + inch).summary(), "metric 3.3, trailing zeros kept");
   EXPECT_EQ(read(metric + inch + "M48\n%\n").diagnostics,
@@ -235,26 +236,36 @@ TEST(Header, AUnitBehindNumbersThatItMeasuresIsRefused) {
 }
 
 TEST(Header, DigitsAndZerosBehindNumbersThatTheyDecideAreRefused) {
-  const std::string head = "M48\nMETRIC\nT1C800\n";
-  for (const char* late : {";FILE_FORMAT=3:4",
-                           ";FORMAT={3:3/ absolute / metric / suppress leading zeros}",
-                           "METRIC,000.00"}) {
-    EXPECT_EQ(read(head + late + "\n%\n").diagnostics, Texts{"p.exc:4:1: error[argument-invalid]"})
-        << late;
-    EXPECT_EQ(read("M48\nMETRIC\nT1C.8\n" + std::string(late) + "\n%\n").diagnostics, Texts{})
-        << late;
+  const Texts late{"p.exc:4:1: error[argument-invalid]"};
+  const auto read_behind = [](const char* unit, const char* number, const char* statement) {
+    const std::string head = std::string("M48\n") + unit + "\n" + number + "\n";
+    return read(head + statement + "\n%\n").diagnostics;
+  };
+  constexpr const char* kTrailing = ";FORMAT={3:3/ absolute / metric / suppress leading zeros}";
+  for (const auto& [unit, statement] : {std::pair("METRIC,TZ", ";FILE_FORMAT=3:4"),
+                                        std::pair("METRIC,TZ", "METRIC,000.00"),
+                                        std::pair("METRIC,LZ", ";FILE_FORMAT=4:4"),
+                                        std::pair("METRIC", kTrailing)}) {
+    EXPECT_EQ(read_behind(unit, "T1C800", statement), late) << unit << statement;
+    EXPECT_EQ(read_behind(unit, "T1C.8", statement), Texts{}) << unit << statement;
+    for (const char* composite : {"CP,1,05", "ZC,X1.0Y2000", "CAN_TEXT_OFF,1.0,2000"}) {
+      EXPECT_EQ(read_behind(unit, composite, statement), late) << unit << composite;
+    }
   }
-  EXPECT_EQ(read(head + ";FILE_FORMAT=3:3\n%\n").diagnostics, Texts{});
-  EXPECT_EQ(read("M48\nMETRIC\nCP,1,05\n;FILE_FORMAT=3:4\n%\n").diagnostics,
-            Texts{"p.exc:4:1: error[argument-invalid]"});
+  EXPECT_EQ(read_behind("METRIC,TZ", "T1C800", ";FILE_FORMAT=3:3"), Texts{});
+  EXPECT_EQ(read_behind("METRIC", "T1C.8", "METRIC,TZ"), Texts{});
+  EXPECT_EQ(read_behind("METRIC", "T1C8", "METRIC,TZ"),
+            Texts{"p.exc:4:8: error[argument-invalid]"});
+  // Under LZ digits behind the point change no number.
+  EXPECT_EQ(read_behind("METRIC,LZ", "T1C08", ";FILE_FORMAT=3:4"), Texts{});
 }
 
 /// Numbers of the body are read by what stands before them; outputs state their unit at once.
 TEST(Header, OutputsHaveTheUnitThatTheBodyStates) {
   const ReadHeader out = read("T1\nM47,METRICAL\nMETRIC,TZ\nX1000Y1000\n");
-  EXPECT_EQ(out.header.format.summary(), "inch 2.4, leading zeros kept");
+  EXPECT_EQ(out.header.format().summary(), "inch 2.4, leading zeros kept");
   EXPECT_EQ(out.header.number_format().summary(), "metric 3.3, trailing zeros kept");
-  EXPECT_EQ(out.header.format_evidence, "line 3: METRIC,TZ");
+  EXPECT_EQ(out.header.format_evidence(), "line 3: METRIC,TZ");
   EXPECT_EQ(read("T1\nM71\nX1.\n").header.number_format().unit, LengthUnit::Millimeter);
   EXPECT_EQ(read("T1\nX1.\nM71\n").header.number_format().unit, LengthUnit::Inch);
   EXPECT_EQ(read("T1\nM45,a\\\nMETRIC\nX1.\n").header.number_format().unit, LengthUnit::Inch);
@@ -262,9 +273,32 @@ TEST(Header, OutputsHaveTheUnitThatTheBodyStates) {
             LengthUnit::Millimeter);
 }
 
+/// A unit that a comment has stated before them is not late.
+TEST(Header, AUnitMayRepeatThatOfACommentBehindNumbers) {
+  const std::string comment = ";FORMAT={3:3/ absolute / metric / suppress leading zeros}\n";
+  EXPECT_EQ(read("M48\n" + comment + "T1C.8\nMETRIC,TZ\n%\n").diagnostics, Texts{});
+  EXPECT_EQ(read("M48\n" + comment + "T1C.8\nINCH,TZ\n%\n").diagnostics,
+            Texts{"p.exc:4:1: error[argument-invalid]"});
+}
+
+/// Digits that a unit takes from elsewhere are not those of an output, which states the unit alone.
+TEST(Header, DeclaresTheDigitsThatItStatesOrLeavesOpenWithItsUnit) {
+  const ReadOptions reading{
+      .last_format = {LengthUnit::Millimeter, Zeros::LeadingKept, std::pair(3, 2), "[program]"}};
+  EXPECT_FALSE(read("M48\nMETRIC,LZ\n%\n", reading).header.declares_digits());
+  EXPECT_TRUE(read("M48\nMETRIC,LZ,000.00\n%\n", reading).header.declares_digits());
+  EXPECT_TRUE(read("M48\n;FILE_FORMAT=3:2\nMETRIC\n%\n", reading).header.declares_digits());
+  EXPECT_TRUE(read("T1\nX01\n", reading).header.declares_digits());
+  EXPECT_FALSE(read("M48\n%\n", {}).header.declares_digits());
+}
+
 TEST(Header, SaysWhichLineStatedTheFormat) {
-  EXPECT_EQ(read("M48\n\nMETRIC,TZ\n%\n").header.format_evidence, "line 3: METRIC,TZ");
-  EXPECT_EQ(read(";FILE_FORMAT=4:4\nM48\n%\n").header.format_evidence, "line 1: ;FILE_FORMAT=4:4");
+  EXPECT_EQ(read("M48\n\nMETRIC,TZ\n%\n").header.format_evidence(), "line 3: METRIC,TZ");
+  EXPECT_EQ(read("M48\nM71\n%\n").header.format_evidence(), "line 2: M71");
+  EXPECT_EQ(read("M48\nMETRIC,0000.00\nMETRIC,TZ\n%\n").header.format_evidence(),
+            "line 2: METRIC,0000.00; line 3: METRIC,TZ");
+  EXPECT_EQ(read(";FILE_FORMAT=4:4\nM48\n%\n").header.format_evidence(),
+            "line 1: ;FILE_FORMAT=4:4");
 }
 
 TEST(Header, NamesABadFormatWordAndItsColumn) {
@@ -339,25 +373,6 @@ TEST(Header, ReadsTheCommandSetAndTheAxisVersion) {
   EXPECT_EQ(read("M48\nVER,9\n%\n").diagnostics, Texts{"p.exc:2:5: error[argument-invalid]"});
 }
 
-/// nc_param.txt beside the program says COORDINATES INCREMENTAL.
-TEST(Header, CountsFromPlaceToPlaceWhereOnlyTheFileBesideItSaysSo) {
-  ReadOptions reading{.last_format = test::last_set_to_inch()};
-  reading.format_beside.file = "nc_param.txt";
-  reading.format_beside.is_incremental = true;
-  const Header header = read("T1\nX1.Y1.\n", reading).header;
-  EXPECT_TRUE(header.incremental);
-  EXPECT_EQ(header.format_file, "nc_param.txt");
-  for (const char* stated :
-       {"M48\nICI,OFF\n%\n",
-        "M48\nG90\n%\n",
-        "; FORMAT={3:3/ absolute / inch / suppress leading zeros}\nM48\n%\n"}) {
-    const Header other = read(stated, reading).header;
-    EXPECT_FALSE(other.incremental) << stated;
-    EXPECT_EQ(other.format_file, "") << stated;
-  }
-  EXPECT_TRUE(read("M48\nICI,ON\n; FORMAT={3:3/ absolute / inch}\n%\n").header.incremental);
-}
-
 TEST(Header, WarnsOnceOfDiametersWithZerosBeyondTheDigits) {
   const ReadHeader out = read("M48\nMETRIC,TZ,000.000\nT1C0000800\nT2C00001000\n%\n");
   EXPECT_EQ(out.diagnostics, Texts{"p.exc:3:3: warning[notation-accepted]"});
@@ -378,7 +393,7 @@ TEST(Header, TakesTheModesThatCamSystemsWriteIntoIt) {
   EXPECT_TRUE(read("M48\nG91\n%\n").header.incremental);
   EXPECT_FALSE(read("M48\nICI,ON\nG90\n%\n").header.incremental);
   const ReadHeader metric = read("M48\nM71\n%\n");
-  EXPECT_EQ(metric.header.format.unit, LengthUnit::Millimeter);
+  EXPECT_EQ(metric.header.format().unit, LengthUnit::Millimeter);
   EXPECT_TRUE(metric.header.stated.states_unit());
   EXPECT_EQ(read("M48\nINCH\nM71\n%\n").diagnostics.size(), 1U);
 }

@@ -37,18 +37,24 @@ TEST(NcParam, LeavesZerosOpenThatAreBothLeftOff) {
   EXPECT_EQ(summary(lines("METRIC", "YES", "YES")), "metric 2.5, leading zeros kept, open");
 }
 
-TEST(NcParam, StatesWhatCoordinatesCountFrom) {
-  const auto is_incremental = [](const char* text) {
-    return read_nc_param({"nc_param.txt", text})->is_incremental;
-  };
-  EXPECT_EQ(is_incremental("COORDINATES            INCREMENTAL\n"), true);
-  EXPECT_EQ(is_incremental("COORDINATES            ABSOLUTE\n"), false);
-  EXPECT_EQ(is_incremental("HEADER none\n"), std::nullopt);
+TEST(NcParam, HasTheLineThatSaysThatCoordinatesAreSteps) {
+  const auto steps = [](const char* text) { return read_nc_param({"nc_param.txt", text})->steps; };
+  const auto found = steps("HEADER none\nCOORDINATES            INCREMENTAL\n");
+  ASSERT_TRUE(found);
+  EXPECT_TRUE(found->text().starts_with("nc_param.txt:2:1: error[not-supported]"));
+  EXPECT_FALSE(steps("COORDINATES            ABSOLUTE\n"));
+  EXPECT_FALSE(steps("HEADER none\n"));
 }
 
 TEST(NcParam, MayStateNothing) {
   EXPECT_EQ(summary(""), "inch 2.4, leading zeros kept, open");
   EXPECT_EQ(summary("HEADER none\n"), "inch 2.4, leading zeros kept, open");
+}
+
+/// Half of the digits states none, and would be left out without a word.
+TEST(NcParam, RefusesHalfOfTheDigits) {
+  EXPECT_TRUE(summary("\nINTEGER-PLACES 2\n").starts_with("nc_param.txt:2:1: "));
+  EXPECT_TRUE(summary("DECIMAL-PLACES 5\n").starts_with("nc_param.txt:1:1: "));
 }
 
 TEST(NcParam, NamesTheLineThatCannotBeRead) {
@@ -57,6 +63,8 @@ TEST(NcParam, NamesTheLineThatCannotBeRead) {
   EXPECT_TRUE(summary("INTEGER-PLACES 2\nINTEGER-PLACES 3\n").starts_with("nc_param.txt:2:1: "));
   EXPECT_TRUE(summary("SUPPRESS-LEAD-ZEROES\n").starts_with("nc_param.txt:1:1: "));
   EXPECT_TRUE(summary("COORDINATES RELATIVE\n").starts_with("nc_param.txt:1:1: "));
+  EXPECT_TRUE(summary("\nSUPPRESS-LEADING-ZEROS YES\n").starts_with("nc_param.txt:2:1: "));
+  EXPECT_EQ(summary("SUPPRESS-EQUAL YES\n"), "inch 2.4, leading zeros kept, open");
 }
 
 }  // namespace

@@ -9,7 +9,7 @@ namespace panelcal::excellon {
 namespace {
 
 bool has_bare(const std::string& program) {
-  return has_bare_number(program, {});
+  return find_bare_number(program, {}).has_value();
 }
 
 TEST(NumberCensus, ALoneZeroIsTheSameInEveryFormat) {
@@ -44,14 +44,47 @@ TEST(NumberCensus, CountsAZeroWithAPointOnce) {
   EXPECT_FALSE(has_bare("X0.Y15.\n"));
 }
 
+/// Lines that are passed over together count as well.
+TEST(NumberCensus, NamesTheFirstBareNumberWithItsPlace) {
+  std::string program;
+  for (int i = 0; i < 500; ++i) program += "X1.25Y0\r\n";
+  const auto found = find_bare_number(program + "T1C0.8\nY3.5X-025\nX1\n", {});
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->text, "X-025");
+  EXPECT_EQ(found->line, 502);
+  EXPECT_EQ(found->column, 5);
+}
+
+/// Each number of a setting is looked at; the tool of PCKPARAM and the index of CP are no lengths.
+TEST(NumberCensus, FindsABareNumberBesideAPointedOne) {
+  for (const char* bare : {"ZC,X1.0Y2000\n",
+                           "CAN_TEXT_OFF,1.0,2000\n",
+                           "PCKPARAM,1,.5,20\n",
+                           "CP,1,05\n",
+                           "G34,1,2,3,4,05\n",
+                           "$uvis,focus,x1.0y2\n"}) {
+    EXPECT_TRUE(has_bare(bare)) << bare;
+    NumberCensus census;
+    take_census(bare, {}, census);
+    EXPECT_TRUE(census.has_other_bare_lengths) << bare;
+  }
+  for (const char* pointed : {"ZC,X1.0Y2.0\n",
+                              "CAN_TEXT_OFF,1.0,0\n",
+                              "PCKPARAM,1,.5,2.0\n",
+                              "CP,1,.5\n",
+                              "G34,1,2,3,4,.5\n"}) {
+    EXPECT_FALSE(has_bare(pointed)) << pointed;
+  }
+}
+
 TEST(NumberCensus, ZerosDoNotHideHowFarAJobExtends) {
   NumberCensus census;
   take_census("X0Y1.5\nX10.5Y0\nM30\nX5\n", {}, census);
   const NumberFormat metric{.unit = LengthUnit::Millimeter};
   EXPECT_EQ(census.x.in(metric).least_mm, 0);
   EXPECT_DOUBLE_EQ(census.x.in(metric).most_mm, 10.5);
-  EXPECT_EQ(census.first, "X0");
-  EXPECT_EQ(census.first_line, 1);
+  EXPECT_EQ(census.first.text, "X0");
+  EXPECT_EQ(census.first.line, 1);
   EXPECT_FALSE(census.has_other_lengths);
 }
 

@@ -54,8 +54,53 @@ TEST(StatedFormat, DigitsCountForTheirUnitOnly) {
   EXPECT_EQ(stated.format().summary(), "inch 2.3, leading zeros kept");
   stated.add(Source::Word, parts(LengthUnit::Millimeter, {}));
   EXPECT_EQ(stated.format().summary(), "metric 4.4, leading zeros kept");
-  stated.add(Source::Comment, parts(LengthUnit::Inch, Zeros::TrailingKept));
-  EXPECT_EQ(stated.format().summary(), "metric 3.3, leading zeros kept");
+  // A comment of another unit neither counts nor takes anything from those that do.
+  stated.add(Source::Comment, parts(LengthUnit::Inch, Zeros::TrailingKept, std::pair(2, 5)));
+  EXPECT_EQ(stated.format().summary(), "metric 4.4, leading zeros kept");
+  stated.add(Source::Word, parts(LengthUnit::Inch, {}));
+  EXPECT_EQ(stated.format().summary(), "inch 2.3, trailing zeros kept");
+}
+
+TEST(StatedFormat, DigitsOfTheLastSettingWithoutAUnitAreMetric) {
+  const ReadOptions reading{.last_format = parts({}, {}, std::pair(4, 2))};
+  StatedFormat stated(reading);
+  EXPECT_EQ(stated.format().summary(), "inch 2.4, leading zeros kept");
+  stated.add(Source::Word, parts(LengthUnit::Millimeter, {}));
+  EXPECT_EQ(stated.format().summary(), "metric 4.2, leading zeros kept");
+}
+
+TEST(StatedFormat, ZerosOfAFileBesideItAreThoseOfItsUnit) {
+  ReadOptions reading;
+  reading.format_beside.format = parts(LengthUnit::Inch, Zeros::TrailingKept);
+  StatedFormat stated(reading);
+  stated.add(Source::Word, parts(LengthUnit::Millimeter, {}));
+  EXPECT_FALSE(stated.knows_zeros());
+  stated.add(Source::Word, parts(LengthUnit::Inch, {}));
+  EXPECT_EQ(stated.format().zeros, Zeros::TrailingKept);
+}
+
+/// The operator's unit stays, and with it the digits that the program has stated for it.
+TEST(StatedFormat, StatementsThatTheOperatorOverrulesChangeNothing) {
+  StatedFormat stated(ReadOptions{.forced_format = parts(LengthUnit::Millimeter, {})});
+  stated.add(Source::Word, parts(LengthUnit::Millimeter, Zeros::TrailingKept, std::pair(4, 2)));
+  EXPECT_EQ(stated.format().summary(), "metric 4.2, trailing zeros kept");
+  stated.add(Source::Word, parts(LengthUnit::Inch, {}, std::pair(2, 3)));
+  stated.add(Source::Comment, parts(LengthUnit::Inch, Zeros::LeadingKept, std::pair(2, 5)));
+  EXPECT_EQ(stated.format().summary(), "metric 4.2, trailing zeros kept");
+  const PartialFormat zeros =
+      stated.obeyed(Source::Word, parts(LengthUnit::Inch, Zeros::LeadingKept, std::pair(2, 3)));
+  EXPECT_EQ(zeros.zeros, Zeros::LeadingKept);
+  EXPECT_FALSE(zeros.unit || zeros.digits);
+}
+
+TEST(StatedFormat, NamesEachStatementThatDecidesAPart) {
+  StatedFormat stated;
+  stated.add(Source::Comment, parts({}, {}, std::pair(4, 4), "line 1"));
+  stated.add(Source::Comment, parts(LengthUnit::Millimeter, {}, {}, "line 2"));
+  EXPECT_EQ(stated.evidence(), "line 1; line 2");
+  stated.add(Source::Word, parts(LengthUnit::Millimeter, {}, std::pair(4, 2), "line 3"));
+  stated.add(Source::Word, parts(LengthUnit::Millimeter, Zeros::TrailingKept, {}, "line 4"));
+  EXPECT_EQ(stated.evidence(), "line 3; line 4");
 }
 
 TEST(StatedFormat, LeavesTheLastSettingOutBehindAFileThatCannotBeRead) {
@@ -78,7 +123,7 @@ TEST(StatedFormat, WarnsOfWhatTheOperatorContradicts) {
       .forced_format = parts(LengthUnit::Inch, {}, std::pair(2, 4), "--format inch,2.4")});
   const auto warnings = [&](const PartialFormat& statement) {
     DiagnosticLog log;
-    stated.check_obeyed(statement, "METRIC", 3, 1, Reporter("p.exc", log));
+    check_obeyed(stated, statement, "METRIC", 3, 1, Reporter("p.exc", log));
     return test::briefs(log);
   };
   const std::vector<std::string> overridden{"p.exc:3:1: warning[format-overridden]"};
