@@ -273,6 +273,25 @@ TEST(Header, OutputsHaveTheUnitThatTheBodyStates) {
             LengthUnit::Millimeter);
 }
 
+/// A unit that a comment has stated before them is not late.
+TEST(Header, AUnitMayRepeatThatOfACommentBehindNumbers) {
+  const std::string comment = ";FORMAT={3:3/ absolute / metric / suppress leading zeros}\n";
+  EXPECT_EQ(read("M48\n" + comment + "T1C.8\nMETRIC,TZ\n%\n").diagnostics, Texts{});
+  EXPECT_EQ(read("M48\n" + comment + "T1C.8\nINCH,TZ\n%\n").diagnostics,
+            Texts{"p.exc:4:1: error[argument-invalid]"});
+}
+
+/// Digits that a unit takes from elsewhere are not those of an output, which states the unit alone.
+TEST(Header, DeclaresTheDigitsThatItStatesOrLeavesOpenWithItsUnit) {
+  const ReadOptions reading{
+      .last_format = {LengthUnit::Millimeter, Zeros::LeadingKept, std::pair(3, 2), "[program]"}};
+  EXPECT_FALSE(read("M48\nMETRIC,LZ\n%\n", reading).header.declares_digits());
+  EXPECT_TRUE(read("M48\nMETRIC,LZ,000.00\n%\n", reading).header.declares_digits());
+  EXPECT_TRUE(read("M48\n;FILE_FORMAT=3:2\nMETRIC\n%\n", reading).header.declares_digits());
+  EXPECT_TRUE(read("T1\nX01\n", reading).header.declares_digits());
+  EXPECT_FALSE(read("M48\n%\n", {}).header.declares_digits());
+}
+
 TEST(Header, SaysWhichLineStatedTheFormat) {
   EXPECT_EQ(read("M48\n\nMETRIC,TZ\n%\n").header.format_evidence(), "line 3: METRIC,TZ");
   EXPECT_EQ(read("M48\nM71\n%\n").header.format_evidence(), "line 2: M71");
