@@ -8,28 +8,6 @@
 #include <fmt/format.h>
 
 namespace panelcal::sieb_meyer {
-namespace {
-
-/// Greatest distance of the deviations of one target's layers, mm.
-double spread_of(std::span<const FitPoint> layers) {
-  double spread_mm = 0;
-  for (const FitPoint& layer : layers) {
-    for (const FitPoint& other : layers) {
-      const Eigen::Vector2d apart_mm = (layer.measured.position.in_mm() - layer.nominal.in_mm()) -
-                                       (other.measured.position.in_mm() - other.nominal.in_mm());
-      spread_mm = std::max(spread_mm, apart_mm.norm());
-    }
-  }
-  return spread_mm;
-}
-
-int n_equations(std::span<const FitPoint> points) {
-  int n = 0;
-  for (const FitPoint& point : points) n += point.axes == ObservedAxes::Both ? 2 : 1;
-  return n;
-}
-
-}  // namespace
 
 OpticalSession::OpticalSession(Measuring& measuring,
                                const WalkOptions& options,
@@ -70,6 +48,17 @@ std::optional<std::size_t> OpticalSession::look(const TargetPlace& target,
 }
 
 void OpticalSession::measure(const TargetPlace& target) {
+  if (requested_) {
+    reporter_.report(Code::CommandMisplaced,
+                     target.line,
+                     1,
+                     fmt::format("{} measures a target behind {}, whose targets may count again",
+                                 code_text(target.command),
+                                 request_text()),
+                     "G31 or G34 before it");
+    measuring_.stop();
+    return;
+  }
   ObservedAxes axes = ObservedAxes::Both;
   if (mode_ == 5) {
     axes = seen_axis(target, target.command == Command::FinishMeasure);
@@ -141,7 +130,13 @@ std::optional<SeriesAssignment> OpticalSession::settle_points() {
 
 /// One point of all layers: their mean, and how far they are apart.
 void OpticalSession::close_layers() {
-  spread_mm_ = std::max(spread_mm_, spread_of(layers_));
+  for (const FitPoint& layer : layers_) {
+    for (const FitPoint& other : layers_) {
+      const Eigen::Vector2d apart_mm = (layer.measured.position.in_mm() - layer.nominal.in_mm()) -
+                                       (other.measured.position.in_mm() - other.nominal.in_mm());
+      spread_mm_ = std::max(spread_mm_, apart_mm.norm());
+    }
+  }
   points_.push_back(mean_of_layers(layers_, options_.uncertainty));
   layers_.clear();
 }
@@ -197,42 +192,46 @@ SeriesResult OpticalSession::new_series(CorrectionLevel level, const TargetPlace
   return series;
 }
 
-/// Fits the points that wait and the layers of a target that is not finished. All go on waiting.
+int OpticalSession::n_equations() const {
+  int n = 0;
+  for (const FitPoint& point : points_) n += point.axes == ObservedAxes::Both ? 2 : 1;
+  return n;
+}
+
+/// True and an error while G33 has not finished a target.
+bool OpticalSession::has_open_layers(std::string_view order, int line) {
+  if (layers_.empty()) return false;
+  reporter_.report(Code::SeriesUnfinished,
+                   line,
+                   1,
+                   fmt::format("{} comes after {} layers of a target", order, layers_.size()),
+                   "G33 for its last layer");
+  measuring_.stop();
+  return true;
+}
+
+/// Fits the points that wait, and uses them up.
 std::size_t OpticalSession::fit_waiting(const TargetPlace& place) {
-  if (n_requested_ > 0 && n_requested_ < measurements_.size()) {
-    reporter_.report(Code::CorrectionAssumed,
-                     place.line,
-                     1,
-                     fmt::format("the targets since line {} count again, as G39,REQCOMP does not "
-                                 "use them up",
-                                 first_line_),
-                     "G34 before the next targets, if those before it are not to count");
-  }
   SeriesResult series = new_series(CorrectionLevel::Base, place);
   series.assignment = settle_points();
   series.measurements = measurements_;
   const bool has_lost = !std::ranges::all_of(
       series.measurements, [this](std::size_t i) { return measuring_.is_found(i); });
   note_measured(series.measurements);
-  std::vector<FitPoint> points = points_;
-  double spread_mm = spread_mm_;
-  if (!layers_.empty()) {
-    points.push_back(mean_of_layers(layers_, options_.uncertainty));
-    spread_mm = std::max(spread_mm, spread_of(layers_));
-  }
-  const int n = n_equations(points);
+  const int n = n_equations();
   const PanelModel usual = default_model_of_equations(n, options_.sieb_meyer.fits_scale);
   series.model =
       n <= 2 ? PanelModel::Offset
              : model_at_most(options_.model.value_or(usual), n, options_.sieb_meyer.fits_scale);
-  if (spread_mm > 0) series.layer_spread = mm(spread_mm);
+  if (spread_mm_ > 0) series.layer_spread = mm(spread_mm_);
+  const std::vector<FitPoint> points = std::exchange(points_, {});
+  forget_waiting();
   return measuring_.fit(std::move(series),
                         has_lost ? std::span<const FitPoint>() : std::span(points));
 }
 
 /// Precondition: base_ is set
 void OpticalSession::put_in_force(int line) {
-  requested_.reset();
   pattern_.nested.reset();
   is_on_ = true;
   measuring_.activate(*base_, line);
@@ -244,29 +243,29 @@ void OpticalSession::forget_waiting() {
   measurements_.clear();
   layers_.clear();
   spread_mm_ = 0;
-  n_requested_ = 0;
 }
 
 void OpticalSession::calculate(const TargetPlace& place) {
-  if (!layers_.empty()) {
-    reporter_.report(Code::SeriesUnfinished,
-                     place.line,
-                     1,
-                     fmt::format("G31 comes after {} layers of a target", layers_.size()),
-                     "G33 for its last layer");
-    measuring_.stop();
-    return;
-  }
+  if (has_open_layers("G31", place.line)) return;
   if (points_.empty() && !base_) {
     reporter_.report(
         Code::CorrectionMissing, place.line, 1, "G31 without measurements", "G32 before it");
     measuring_.stop();
     return;
   }
-  if (!points_.empty()) {
-    base_ = fit_waiting(place);
-    forget_waiting();
+  if (requested_ && base_ != requested_->i_series) {
+    reporter_.report(Code::CommandMisplaced,
+                     place.line,
+                     1,
+                     fmt::format("G31 comes behind {} and a G39,LOAD of other values, of which it "
+                                 "may mean either",
+                                 request_text()),
+                     "G31 or G34 before G39,LOAD");
+    measuring_.stop();
+    return;
   }
+  if (!points_.empty()) base_ = fit_waiting(place);
+  requested_.reset();
   put_in_force(place.line);
 }
 
@@ -276,7 +275,7 @@ void OpticalSession::turn_off(std::int64_t i_block) {
   ++n_turned_off_;
   if (is_second) return clear();
   is_on_ = false;
-  requested_.reset();
+  if (requested_) requested_->is_assumed_on = false;
   measuring_.corrections().clear_base();
 }
 
@@ -316,12 +315,14 @@ void OpticalSession::end_copy(int line) {
 }
 
 void OpticalSession::end_program(int line) {
-  if (measurements_.size() == n_requested_ || measuring_.must_stop()) return;
-  const int first_line = measuring_.measurement(measurements_[n_requested_]).request.line;
+  if (measurements_.empty() || measuring_.must_stop()) return;
+  const MeasurementRequest& first = measuring_.measurement(measurements_.front()).request;
   reporter_.report(Code::SeriesUnfinished,
                    line,
                    1,
-                   fmt::format("no command uses the measurements since line {}", first_line),
+                   fmt::format("no command uses the measurements since line {}{}",
+                               first.line,
+                               first.file.empty() ? "" : " of " + first.file),
                    "G31 behind the last target");
 }
 

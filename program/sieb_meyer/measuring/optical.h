@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "program/sieb_meyer/text/lexer.h"
@@ -54,12 +55,12 @@ class OpticalSession {
   /// G30; `i_block` counts the blocks, since two in a row clear as well.
   void turn_off(std::int64_t i_block);
   void clear();  // G34
-  /// G39; SPOP.. take what was measured last, calculated or not; REQCOMP (mode 3) puts in force the
-  /// fit of all layers since G31. `step` is the number of the pattern's copy, which SAVE, LOAD and
-  /// CLEAR mean without one of their own. True: an order for the machine, to be passed on.
+  /// G39; SPOP.. take what was measured last, calculated or not; REQCOMP (mode 3) calculates and
+  /// activates like G31. `step` is the number of the pattern's copy, which SAVE, LOAD and CLEAR
+  /// mean without one of their own. True: an order for the machine, to be passed on.
   bool organize(const Block& block, int step, const TargetPlace& place);
-  /// True while a stroke would be the first under a correction that G31 has not turned on.
-  bool is_assumed_on() const { return requested_.has_value(); }
+  /// True while a stroke would be the first under a correction that REQCOMP alone has turned on.
+  bool is_assumed_on() const { return requested_ && requested_->is_assumed_on; }
   /// Warns of such a stroke in this line.
   void note_stroke(int line);
   /// A pattern's own offset ends with its copy; until then it holds for the copies inside as well.
@@ -82,10 +83,13 @@ class OpticalSession {
     int line = 0;
   };
 
-  /// A correction that G39,REQCOMP has put in force.
+  /// A G39,REQCOMP that no G31 stands behind yet. The manual leaves open whether the correction is
+  /// on, and whether a later G31 counts the targets again.
   struct Request {
     int line = 0;
-    std::size_t n_open_layers = 0;  ///< of a target that no G33 has finished
+    std::string file;           ///< as the reporter names it
+    std::size_t i_series = 0;   ///< the targets' fit
+    bool is_assumed_on = true;  ///< no stroke and no other order for the correction came behind it
   };
 
   /// The points that G36 has measured in a copy, and the offset that was fitted to them.
@@ -105,8 +109,10 @@ class OpticalSession {
   ObservedAxes seen_axis(const TargetPlace& target, bool is_x);
   void add_point(const TargetPlace& target, ObservedAxes axes, std::size_t i_measurement);
   void close_layers();
+  int n_equations() const;
   std::optional<SeriesAssignment> settle_points();
   SeriesResult new_series(CorrectionLevel level, const TargetPlace& place) const;
+  bool has_open_layers(std::string_view order, int line);
   std::size_t fit_waiting(const TargetPlace& place);
   void put_in_force(int line);
   void forget_waiting();
@@ -119,6 +125,7 @@ class OpticalSession {
   std::optional<OffsetCorrection> deviation_of_last(const Block& block, bool& is_lost);
   bool move_offset(const Block& block, const OffsetOrder& order, const TargetPlace& place);
   void request_correction(const Block& block, const TargetPlace& place);
+  std::string request_text() const;
   void save(const Block& block, int slot, bool has_number, const TargetPlace& place);
   void load(const Block& block, int slot, const TargetPlace& place);
 
@@ -135,7 +142,6 @@ class OpticalSession {
   std::vector<std::size_t> unsettled_;     ///< of points_: may be chosen among candidates
   int first_line_ = 0;
   double spread_mm_ = 0;
-  std::size_t n_requested_ = 0;  ///< of measurements_: G39,REQCOMP has fitted them already
   std::optional<Request> requested_;
   std::vector<std::size_t> last_measurements_;  ///< that were calculated from, or moved an offset
   std::optional<OffsetCorrection> last_deviation_;  ///< theirs, once requested

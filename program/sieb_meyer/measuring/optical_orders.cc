@@ -73,9 +73,8 @@ bool OpticalSession::organize(const Block& block, int step, const TargetPlace& p
 }
 
 /// "Get correction value from the camera computer (requirement: measurement mode = 3)" (manual,
-/// G39). The vision system that has seen the layers is ours: its value is the fit of all that it
-/// has seen so far, also of a target that G33 has not finished. It is in force, as what G39,LOAD
-/// gets; the points go on waiting for G31.
+/// G39). The vision system that has seen the targets is ours: its value is their fit, or the last
+/// one where no target came since. It is in force, as what G39,LOAD gets.
 void OpticalSession::request_correction(const Block& block, const TargetPlace& place) {
   const auto refuse = [&](Code code, std::string what, std::string expected) {
     reporter_.report(
@@ -87,39 +86,40 @@ void OpticalSession::request_correction(const Block& block, const TargetPlace& p
                   fmt::format(" needs measurement mode 3, not {}", mode_),
                   "[vision] mode = 3 (manual, 9, G39), or G31");
   }
-  const bool has_waiting = !points_.empty() || !layers_.empty();
-  if (!has_waiting && !base_) {
-    return refuse(Code::CorrectionMissing, " without measurements", "G32 before it");
-  }
-  const bool is_in_force =
-      !has_waiting && is_on_ && !pattern_.nested && measuring_.corrections().base_series == base_;
-  if (is_in_force) return;
-  if (has_waiting) {
+  if (has_open_layers("G39,REQCOMP", block.line)) return;
+  if (points_.empty()) {
+    if (!base_) return refuse(Code::CorrectionMissing, " without measurements", "G32 before it");
+    if (!is_made_of_last(*base_)) {
+      return refuse(Code::CommandMisplaced,
+                    " comes behind a correction that is not of the last targets",
+                    "G39,LOAD alone, which turns its values on, or a target between them");
+    }
+    const bool is_in_force =
+        is_on_ && !pattern_.nested && measuring_.corrections().base_series == base_;
+    if (is_in_force) return;
+  } else {
     base_ = fit_waiting(place);
-    n_requested_ = measurements_.size();
   }
   put_in_force(block.line);
-  requested_ = {block.line, layers_.size()};
+  requested_ = {block.line, reporter_.file(), *base_};
 }
 
-/// Whether the correction is on behind G39,REQCOMP the manual does not say, nor whether layers
-/// count that no G33 has finished.
+/// For messages: the order and its line, with the file where that is another one than theirs.
+/// Precondition: requested_ is set
+std::string OpticalSession::request_text() const {
+  const std::string text = fmt::format("G39,REQCOMP of line {}", requested_->line);
+  return requested_->file == reporter_.file() ? text : text + " of " + requested_->file;
+}
+
+/// Whether the correction is on behind G39,REQCOMP the manual does not say.
 void OpticalSession::note_stroke(int line) {
-  const auto request = std::exchange(requested_, std::nullopt);
-  if (!request) return;
-  const bool is_open = request->n_open_layers > 0;
-  const std::string open_text =
-      is_open ? fmt::format(", with {} layer{} of a target that no G33 finishes",
-                            request->n_open_layers,
-                            request->n_open_layers == 1 ? "" : "s")
-              : "";
-  reporter_.report(
-      Code::CorrectionAssumed,
-      line,
-      1,
-      fmt::format(
-          "G39,REQCOMP of line {} is taken to turn the correction on{}", request->line, open_text),
-      is_open ? "G33 for its last layer, and G31" : "G31 behind it");
+  if (!is_assumed_on()) return;
+  requested_->is_assumed_on = false;
+  reporter_.report(Code::CorrectionAssumed,
+                   line,
+                   1,
+                   request_text() + " is taken to turn the correction on",
+                   "G31 behind it");
 }
 
 void OpticalSession::note_measured(std::vector<std::size_t> measurements) {
@@ -159,15 +159,16 @@ bool OpticalSession::may_move_offset(const Block& block) {
   return true;
 }
 
+/// Each target is of one base series at most, and the series of a pattern begin alike.
 bool OpticalSession::is_made_of_last(std::size_t i_series) const {
-  return std::ranges::any_of(measuring_.series(i_series).measurements, [&](std::size_t i) {
-    return std::ranges::find(last_measurements_, i) != last_measurements_.end();
-  });
+  return !last_measurements_.empty() &&
+         measuring_.series(i_series).measurements.front() == last_measurements_.front();
 }
 
 /// Neither G31 nor G39,LOAD may bring back a correction by what has become the offset's.
 void OpticalSession::forget_corrections_of_last() {
   if (base_ && is_made_of_last(*base_)) base_.reset();
+  if (requested_ && is_made_of_last(requested_->i_series)) requested_.reset();
   std::erase_if(saved_, [&](const auto& numbered) {
     const SavedSet& set = numbered.second;
     return (set.base && is_made_of_last(*set.base)) || (set.nested && is_made_of_last(*set.nested));
@@ -289,7 +290,7 @@ void OpticalSession::load(const Block& block, int slot, const TargetPlace& place
     return;
   }
   base_ = set.base;
-  requested_.reset();
+  if (requested_) requested_->is_assumed_on = false;
   pattern_.nested = set.nested;
   is_on_ = true;
   measuring_.corrections().clear_base();
