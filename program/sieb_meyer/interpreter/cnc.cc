@@ -188,6 +188,7 @@ bool Interpreter::obey_placement(const Block& block, const CncCommand& command) 
         }
         scaling_.factor[static_cast<Eigen::Index>(axis)] = 1 + steps * kScalePerStep;
       }
+      scaling_.is_behind_m92 = !scaling_.scales();
       break;
     case CncCode::ScaleCenter:
       if (!has_xy) {
@@ -334,6 +335,27 @@ bool Interpreter::obey_surface(const Block& block, const CncCommand& command) {
   return true;
 }
 
+/// Scale and rotation act on the placed coordinates: program zero and the centre of scaling are
+/// places on the table.
+void Interpreter::refresh_placement() {
+  machine_at_mm_.reset();
+  place_.placement = placement_;
+  if (scaling_.scales() && scaling_.is_set()) {
+    const Transform<frame::Nominal, frame::Nominal> scale(
+        scaling_.factor.asDiagonal(),
+        scaling_.about_mm - scaling_.factor.cwiseProduct(scaling_.about_mm));
+    place_.placement = scale * place_.placement;
+  }
+  if (rotation_rad_ != 0) {
+    const double c = std::cos(rotation_rad_);
+    const double s = std::sin(rotation_rad_);
+    Eigen::Matrix2d turn;
+    turn << c, -s, s, c;
+    place_.placement =
+        Transform<frame::Nominal, frame::Nominal>(turn, Eigen::Vector2d::Zero()) * place_.placement;
+  }
+}
+
 /// M93 or M92. "The scaling commands can be used for limiting the scaling function to certain
 /// program sections" (manual, 4): without them SA scales. M93 behind coordinates that SA alone has
 /// scaled would turn on what is on, which speaks for a program that means them to be unscaled.
@@ -345,17 +367,43 @@ void Interpreter::switch_scaling(const Block& block, bool is_on) {
            "M93 or M92 in the first line with a coordinate behind SA");
   }
   scaling_.is_on = is_on;
+  scaling_.is_behind_m92 = false;
+  if (!scaling_.takes_over) scaling_.takes_over = false;
   refresh_placement();
+}
+
+/// A copy of a section ends. The next one begins with the scaling that M93 or M92 has left.
+void Interpreter::end_scaled_copy(int line, const Scaling& before) {
+  if (scaling_.takes_over == true && steps_.back().first > 1 &&
+      scaling_.scales() != before.scales()) {
+    reporter_.report(Code::ScalingUndecided,
+                     line,
+                     1,
+                     fmt::format("the section ends with scaling {} and begins with it {}: its "
+                                 "copies would not be alike",
+                                 scaling_.scales() ? "on (M93)" : "off (M92)",
+                                 before.scales() ? "on" : "off"),
+                     "M93 or M92 in its first line with a coordinate");
+  }
+  if (before.takes_over) scaling_.takes_over = before.takes_over;
 }
 
 /// Warns of a coordinate under a scale of which neither M93 nor M92 has said where it holds.
 void Interpreter::note_scaling(int line) {
-  if (!scaling_.is_set() || scaling_.is_on || std::exchange(scaling_.was_assumed, true)) return;
-  reporter_.report(Code::ScalingAssumed,
-                   line,
-                   1,
-                   "a coordinate comes after SA without M93 or M92",
-                   "M93 where the scaled section begins, or M92");
+  if (!scaling_.is_set()) return;
+  if (!scaling_.takes_over) scaling_.takes_over = true;
+  const auto warn = [&](std::string what) {
+    reporter_.report(Code::ScalingAssumed,
+                     line,
+                     1,
+                     std::move(what),
+                     "M93 where the scaled section begins, or M92");
+  };
+  if (std::exchange(scaling_.is_behind_m92, false)) {
+    return warn("a coordinate comes after SA behind M92, without M93, and is not scaled");
+  }
+  if (scaling_.is_on || std::exchange(scaling_.was_assumed, true)) return;
+  warn("a coordinate comes after SA without M93 or M92, and is scaled");
 }
 
 /// False and an error if a stroke's depth is below a surface that is not named, or below its limit.

@@ -128,6 +128,20 @@ class Interpreter {
     const SectionTree* sections = nullptr;
   };
 
+  struct Scaling {
+    Eigen::Vector2d factor = Eigen::Vector2d::Ones();
+    Eigen::Vector2d about_mm = Eigen::Vector2d::Zero();
+    std::optional<bool> is_on;   ///< M93, M92; absent: neither was there yet, and SA scales
+    bool was_assumed = false;    ///< a coordinate was scaled that neither M93 nor M92 decides on
+    bool is_behind_m92 = false;  ///< SA came under M92, and no coordinate since
+    /// A scaled coordinate of this copy came before its first M93 or M92; false: behind it; absent:
+    /// neither came.
+    std::optional<bool> takes_over;
+
+    bool is_set() const { return factor != Eigen::Vector2d::Ones(); }
+    bool scales() const { return is_on.value_or(true); }
+  };
+
   // interpreter.cc
   void run_line(const SourceLine& line);
   bool run_plain_lines(std::size_t end);
@@ -167,7 +181,6 @@ class Interpreter {
                                  const SubprogramText& body);
   void call(const Block& block, const Order& order);
   void place(const Placement& placement);
-  void refresh_placement();
   int step_number() const;
 
   // drill.cc
@@ -244,8 +257,10 @@ class Interpreter {
   bool obey_surface(const Block& block, const CncCommand& command);
   void refuse_cnc(const Block& block, std::string expected);
   void set_program_zero(const Block& block, std::string_view argument, bool is_set);
+  void refresh_placement();
   void set_axis_version(const Block& block, std::string_view argument);
   void switch_scaling(const Block& block, bool is_on);
+  void end_scaled_copy(int line, const Scaling& before);
   void note_scaling(int line);
   bool is_decided(int line);
 
@@ -359,13 +374,7 @@ class Interpreter {
   bool warned_areas_ = false;
   std::optional<bool> areas_in_copies_;  ///< FORB,A or FORB,M and FORB,P; absent: not stated
   std::vector<ForbiddenArea> areas_;
-  struct Scaling {
-    Eigen::Vector2d factor = Eigen::Vector2d::Ones();
-    Eigen::Vector2d about_mm = Eigen::Vector2d::Zero();
-    std::optional<bool> is_on;  ///< M93, M92; absent: neither was there yet, and SA scales
-    bool was_assumed = false;   ///< a coordinate was scaled that neither M93 nor M92 decides on
-    bool is_set() const { return factor != Eigen::Vector2d::Ones(); }
-  } scaling_;
+  Scaling scaling_;
   double rotation_rad_ = 0;
 };
 

@@ -145,6 +145,8 @@ void Interpreter::run_copy(int i_section, const Modal& start) {
   contour_ = Contour::None;
   const bool was_on = surface_.is_on();
   const bool left_on = std::exchange(leaves_surface_on_, false);
+  const Scaling scaling_before = scaling_;
+  scaling_.takes_over.reset();
   optical_.begin_copy();
   const KeptOffset outer_offset = kept_offset_;
   if (outer_offset == KeptOffset::Own) kept_offset_ = KeptOffset::Outer;
@@ -182,6 +184,7 @@ void Interpreter::run_copy(int i_section, const Modal& start) {
                      "G71 in the section, or G70 outside of it");
   }
   leaves_surface_on_ = left_on;
+  end_scaled_copy(line, scaling_before);
   optical_.end_copy(line);
   if (std::exchange(kept_offset_, outer_offset) == KeptOffset::Own) {
     emitter_.put(line, CancelCorrection{CorrectionLevel::Nested});
@@ -316,27 +319,6 @@ void Interpreter::run_kept(int i_section) {
 void Interpreter::place(const Placement& placement) {
   placement_ = placement;
   refresh_placement();
-}
-
-/// Scale and rotation act on the placed coordinates: program zero and the centre of scaling are
-/// places on the table.
-void Interpreter::refresh_placement() {
-  machine_at_mm_.reset();
-  place_.placement = placement_;
-  if (scaling_.is_on.value_or(true) && scaling_.is_set()) {
-    const Transform<frame::Nominal, frame::Nominal> scale(
-        scaling_.factor.asDiagonal(),
-        scaling_.about_mm - scaling_.factor.cwiseProduct(scaling_.about_mm));
-    place_.placement = scale * place_.placement;
-  }
-  if (rotation_rad_ != 0) {
-    const double c = std::cos(rotation_rad_);
-    const double s = std::sin(rotation_rad_);
-    Eigen::Matrix2d turn;
-    turn << c, -s, s, c;
-    place_.placement =
-        Transform<frame::Nominal, frame::Nominal>(turn, Eigen::Vector2d::Zero()) * place_.placement;
-  }
 }
 
 /// The number of the pattern's copy from 1, all levels counted through: &R, and G39's location.

@@ -26,7 +26,9 @@ using test::run_5000;
 using test::run_program;
 using test::steps_of;
 using test::SubprogramFolder;
+using testing::Contains;
 using testing::ElementsAre;
+using testing::HasSubstr;
 using testing::IsEmpty;
 
 /// SAX3.Y100. is 3 um and 100 um per metre about SAZX200.Y400.
@@ -80,6 +82,10 @@ std::vector<std::string> of_scaling(const ProgramRun& run) {
   return briefs;
 }
 
+std::string at_line(int line) {
+  return "p.exc:" + std::to_string(line) + ":1:";
+}
+
 /// "The scaling commands can be used for limiting the scaling function to certain program
 /// sections": SA that none of them limits scales. The warning comes once, at the first coordinate.
 TEST(SiebMeyerScaling, SaAloneScalesWithAWarning) {
@@ -91,24 +97,44 @@ TEST(SiebMeyerScaling, SaAloneScalesWithAWarning) {
 
 /// Whatever has a place: targets, probes, contours and areas, also where no hole comes first.
 TEST(SiebMeyerScaling, AllPlacesOfSaAloneAreScaledWithAWarning) {
-  const char* const kBodies[] = {"X1.Y1.G32\nG31\n",
-                                 "X1.Y1.G73\n",
-                                 "X1.Y1.M58D4.\n",
-                                 "X1.Y1.T0T1\nX2.Y1.G1F1.\nX2.Y1.T0\n",
-                                 "X9.Y9.T0T1\nX9.Y9.G45R5.\nX9.Y9.T0\n",
-                                 "X5.Y5.T1G84R3.\n"};
-  for (const char* body : kBodies) {
-    const ProgramRun run = run_5000("M49,SAX3.Y100.\n" + std::string(body));
-    EXPECT_THAT(of_scaling(run), ElementsAre("p.exc:3:1: warning[scaling-assumed]")) << body;
-  }
+  const std::string scale = "M49,SAX1000.Y\n";
+  const std::string assumed = ":1: warning[scaling-assumed]";
+  const auto steps_under_sa = [&](const std::string& body, const WalkOptions& options = {}) {
+    const ProgramRun run = run_5000(scale + body, options);
+    EXPECT_THAT(of_scaling(run), ElementsAre("p.exc:3" + assumed)) << body;
+    return steps_of(run);
+  };
+  EXPECT_THAT(steps_under_sa("X100.Y1.T0T1\nX200.Y1.G1F1.\nX200.Y1.T0\n"),
+              Contains("rout 1 line (200.2, 1)"));
+  EXPECT_THAT(steps_under_sa("X100.Y9.T0T1\nX100.Y9.G45R5.\nX100.Y9.T0\n"),
+              Contains(HasSubstr("(95.5955, 9)")));
+  EXPECT_THAT(steps_under_sa("X100.Y5.T1G84R3.\n"), Contains("drill 1 (102.6025, 5)"));
+
   WalkOptions keeping;
   keeping.slots = Cycles::Kept;
-  EXPECT_THAT(of_scaling(run_5000("M49,SAX3.Y100.\nX1.Y1.T1G85\nX9.Y1.\n", keeping)),
-              ElementsAre("p.exc:4:1: warning[scaling-assumed]"));
+  const ProgramRun slot = run_5000(scale + "X100.Y1.T1G85\nX200.Y1.\n", keeping);
+  EXPECT_THAT(of_scaling(slot), ElementsAre("p.exc:4" + assumed));
+  EXPECT_THAT(steps_of(slot), Contains("slot 1 (100.1, 1) (200.2, 1)"));
+
   FunctionSource source([](const MeasurementRequest& request) { return request.nominal.in_mm(); });
-  run_5000("M49,SAX1000.Y\nX100.Y1.G32\nG31\n", {}, source);
+  const ProgramRun targets = run_5000(scale + "X100.Y1.G32\nG31\n", {}, source);
+  EXPECT_THAT(of_scaling(targets), ElementsAre("p.exc:3" + assumed));
   ASSERT_EQ(source.requests().size(), 1U);
   EXPECT_THAT(source.requests()[0].nominal.in_mm(), IsNearMatrix(Vector2d(100.1, 1), 1e-9));
+
+  const ProgramRun probe = run_5000(scale + "X100.Y1.G73\n");
+  EXPECT_THAT(of_scaling(probe), ElementsAre("p.exc:3" + assumed));
+  ASSERT_EQ(probe.survey.probes.size(), 1U);
+  EXPECT_THAT(probe.survey.probes[0].request.nominal.in_mm(),
+              IsNearMatrix(Vector2d(100.1, 1), 1e-9));
+
+  // The area's centre is scaled as well: 1000 +- 2 becomes 1001 +- 2.
+  WalkOptions obeying;
+  obeying.sieb_meyer.obeys_areas = true;
+  const ProgramRun area =
+      run_5000("M49,FORB,A\n" + scale + "X1000.Y1.M58D4.\nM92\nX998.5Y1.T1\nX1002.5Y1.\n", obeying);
+  EXPECT_THAT(of_scaling(area), ElementsAre("p.exc:4" + assumed));
+  expect_places(hole_places(area), {{998.5, 1}});
 }
 
 /// Nothing is assumed where M93, M92 or NOSA decide before the first coordinate, nor of a scale
@@ -135,10 +161,58 @@ TEST(SiebMeyerScaling, RefusesM93BehindCoordinatesThatSaAloneScales) {
   expect_places(hole_places(anew), {{100.1, 0}, {100, 0}, {100.2, 0}});
 }
 
+/// M92 holds until M93. Whether a new SA begins anew no sentence of the manual states.
+TEST(SiebMeyerScaling, SaBehindM92HoldsFromM93OnWithAWarning) {
+  for (const char* body :
+       {"M49,SAX2000.Y\nX100.YT1M93\nX100.YM92\nM49,NOSA\n", "M92\nX100.YT1\n"}) {
+    const ProgramRun run =
+        run_5000(std::string(body) + "(SA)\nM49,SAX1000.Y\nX100.Y\nX200.Y\nX100.YM93\n");
+    const Places all = hole_places(run);
+    ASSERT_GE(all.size(), 3U);
+    expect_places({all.end() - 3, all.end()}, {{100, 0}, {200, 0}, {100.1, 0}});
+    const int line = body[0] == 'M' && body[1] == '9' ? 6 : 8;
+    EXPECT_THAT(of_scaling(run), ElementsAre(at_line(line) + " warning[scaling-assumed]"));
+  }
+  // M93 decides before a coordinate does, and the next scale may be set ahead of its section.
+  EXPECT_THAT(of_scaling(run_5000("M92\nM49,SAX1000.Y\nX100.YT1M93\nX9.YM92\nX1.Y\n"
+                                  "M49,SAX2000.Y\nX100.YM93\n")),
+              IsEmpty());
+}
+
 /// A section that SA alone scales is scaled in every copy, and its end may end the scale.
 TEST(SiebMeyerScaling, SaAloneScalesCopies) {
   const ProgramRun run = run_5000("M49,SAX1000.Y\nX10.YT1M31\nXYM50\nX100.YM50M30M92\nX10.Y5.\n");
   expect_places(hole_places(run), {{10.01, 0}, {110.11, 0}, {10, 5}});
+}
+
+/// The second copy would begin with what M92 or M93 has left in the first one.
+TEST(SiebMeyerScaling, RefusesSectionsWhoseCopiesWouldBeScaledUnlike) {
+  const std::string copies = "XYM50\nX100.YM50M30\n";
+  const auto of_section = [&](const std::string& body, const std::string& end = "") {
+    return of_scaling(run_program(format_5000("M49,SAX1000.Y\n" + body + copies + end)));
+  };
+  const std::string assumed = "warning[scaling-assumed]";
+  const std::string undecided = "error[scaling-undecided]";
+  EXPECT_THAT(of_section("X10.YT1M31\nX20.YM92\n"),
+              ElementsAre(at_line(3) + " " + assumed, at_line(5) + " " + undecided));
+  EXPECT_THAT(of_section("X9.YT1M93\nX10.YM31\nX20.YM92\n"),
+              ElementsAre(at_line(6) + " " + undecided));
+  EXPECT_THAT(of_section("X9.YT1M92\nX10.YM31\nX20.YM93\n"),
+              ElementsAre(at_line(6) + " " + undecided));
+  // In the end of a section that another one copies.
+  EXPECT_THAT(of_section("M31\nX10.YT1M31\nXYM50\nX10.YM50M30M92\n"),
+              ElementsAre(at_line(4) + " " + assumed, at_line(7) + " " + undecided));
+  // By another section among the lines of its copies.
+  EXPECT_THAT(of_section("X9.YT1M93\nX10.YM31\nX20.YM31M92\nXYM50\nX10.YM50M30\n"),
+              ElementsAre(at_line(8) + " " + undecided));
+  // Copies that are alike: the first coordinate decides, or the last one ends as it began.
+  EXPECT_THAT(of_section("X10.YT1M31M93\nX20.YM92\n"), IsEmpty());
+  EXPECT_THAT(of_section("X9.YT1M93\nX10.YM31\nX20.YM92\nX30.YM93\n"), IsEmpty());
+  EXPECT_THAT(of_section("M31\nX10.YT1M31M93\nXYM50\nX10.YM50M30M92\n"), IsEmpty());
+  // One copy is like itself.
+  EXPECT_THAT(
+      of_scaling(run_5000("M49,SAX1000.Y\nX9.YT1M93\nX10.YM31\nX20.YM92\nX100.YM50M30\nX1.Y\n")),
+      IsEmpty());
 }
 
 TEST(SiebMeyerScaling, RefusesScalesThatNoBoardHas) {
