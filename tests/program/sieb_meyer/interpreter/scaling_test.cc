@@ -202,6 +202,9 @@ TEST(SiebMeyerScaling, RefusesSectionsWhoseCopiesWouldBeScaledUnlike) {
   // In the end of a section that another one copies.
   EXPECT_THAT(of_section("M31\nX10.YT1M31\nXYM50\nX10.YM50M30M92\n"),
               ElementsAre(at_line(4) + " " + assumed, at_line(7) + " " + undecided));
+  // By another section among the lines of its copies.
+  EXPECT_THAT(of_section("X9.YT1M93\nX10.YM31\nX20.YM31M92\nXYM50\nX10.YM50M30\n"),
+              ElementsAre(at_line(8) + " " + undecided));
   // Copies that are alike: the first coordinate decides, or the last one ends as it began.
   EXPECT_THAT(of_section("X10.YT1M31M93\nX20.YM92\n"), IsEmpty());
   EXPECT_THAT(of_section("X9.YT1M93\nX10.YM31\nX20.YM92\nX30.YM93\n"), IsEmpty());

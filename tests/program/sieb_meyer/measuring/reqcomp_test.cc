@@ -84,6 +84,9 @@ TEST(ManualReqcomp, TurnsOnTheFitOfTheTargetsSoFar) {
       assumed_in(run_5000(
           "X10.Y10.G33\nG39,REQCOMP\nX50.Y60.T0T1\nX70.Y80.G1F1.\nX70.Y80.T0\n", mode_3(), routed)),
       ElementsAre("p.exc:4:1"));
+  FunctionSource unused = shifted_in_turn({0.1});
+  EXPECT_THAT(assumed_in(run_5000("X10.Y10.G33\nG39,REQCOMP\nG30\nX50.Y60.T1\n", mode_3(), unused)),
+              IsEmpty());
 }
 
 /// Six targets of two layers, the fourth of which lies where it should not.
@@ -181,10 +184,24 @@ TEST(ManualReqcomp, TargetsBehindG31OrG34CountAlone) {
   }
 }
 
+/// They are the spindle's then, and no target of the board's.
+TEST(ManualReqcomp, GivesItsTargetsToAnOrderForTheOffset) {
+  WalkOptions options = mode_3();
+  options.moves_offset = true;
+  FunctionSource source = shifted_in_turn({0.1, 0.5});
+  const ProgramRun run =
+      run_5000("X10.Y10.G33\nG39,REQCOMP\nG30\nG39,SPOP\nX90.Y10.G33\nG39,REQCOMP\nX50.Y60.T1\n",
+               options,
+               source);
+  expect_places(drilled_at(run), {{50.5, 60}}, kPlaceRounding_mm);
+}
+
 /// G31 calculates the same, or has done so; G39,LOAD turns its set on.
 TEST(ManualReqcomp, NeedsNoWarningWhereAllReadingsAgree) {
-  for (const char* orders :
-       {"G39,REQCOMP\nG31\n", "G31\nG39,REQCOMP\n", "G39,REQCOMP\nG39,SAVE1\nG34\nG39,LOAD1\n"}) {
+  for (const char* orders : {"G39,REQCOMP\nG31\n",
+                             "G31\nG39,REQCOMP\n",
+                             "G39,REQCOMP\nG39,SAVE1\nG39,LOAD1\n",
+                             "G39,REQCOMP\nG39,SAVE1\nG34\nG39,LOAD1\n"}) {
     FunctionSource source = shifted_in_turn({0.1, 0.3});
     const ProgramRun run = run_5000(
         "X10.Y10.G32\nX10.Y10.G33\n" + std::string(orders) + "X50.Y60.T1\nG30\n", mode_3(), source);
