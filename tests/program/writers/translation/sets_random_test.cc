@@ -33,7 +33,7 @@ int drawn(int low, int high) {
 }
 
 /// One time of n.
-bool may(int n = 2) {
+bool comes_up(int n = 2) {
   return drawn(1, n) == 1;
 }
 
@@ -58,7 +58,7 @@ class MeasuringJob {
     options_.sieb_meyer.measurement_mode = mode_;
     text_ = "T1\n";
     for (int n = drawn(2, 8); n > 0; --n) {
-      may(3) ? add_section() : add_order();
+      comes_up(3) ? add_section() : add_order();
     }
     text_ += "G34\nM49,NOCAMA\nX1.Y1.T1\n";
   }
@@ -69,7 +69,7 @@ class MeasuringJob {
  private:
   void add_holes(int n_most = 3) {
     for (int n = drawn(1, n_most); n > 0; --n) {
-      text_ += drawn_place() + (may(4) ? "" : fmt::format("T{}", drawn(1, 2))) + '\n';
+      text_ += drawn_place() + (comes_up(4) ? "" : fmt::format("T{}", drawn(1, 2))) + '\n';
     }
   }
 
@@ -81,13 +81,13 @@ class MeasuringJob {
     constexpr const char* kTargets[] = {"X5.Y5.", "X45.Y5.", "X5.Y45."};
     const int n_targets = drawn(1, 3);
     for (int i = 0; i < n_targets; ++i) {
-      if (mode_ != 1 && may()) text_ += kTargets[i] + std::string("G32\n");
-      text_ += kTargets[i] + std::string(mode_ != 1 || may() ? "G33\n" : "G32\n");
+      if (mode_ != 1 && comes_up()) text_ += kTargets[i] + std::string("G32\n");
+      text_ += kTargets[i] + std::string(mode_ != 1 || comes_up() ? "G33\n" : "G32\n");
     }
   }
 
   void add_series() {
-    if (may()) text_ += "G34\n";
+    if (comes_up()) text_ += "G34\n";
     add_targets();
     text_ += "G31\n";
     has_base_ = true;
@@ -124,7 +124,7 @@ class MeasuringJob {
         text_ += "M49,NOCAMA\n" + drawn_place() + "T1G36\n";
         break;
       case 8:
-        if (may(3)) add_targets();  // they wait
+        if (comes_up(3)) add_targets();  // they wait
         break;
       case 9:
         if (has_own_orders_ && has_base_) text_ += "G31\n";
@@ -135,7 +135,7 @@ class MeasuringJob {
       default:
         break;
     }
-    if (may()) add_holes();
+    if (comes_up()) add_holes();
   }
 
   void add_probe() {
@@ -147,14 +147,14 @@ class MeasuringJob {
   /// Each copy measures and saves, or loads what a section before has saved, or works.
   void add_section() {
     const int n_copies = drawn(1, 4);
-    const bool is_nested = may(6);
+    const bool is_nested = comes_up(6);
     text_ += is_nested ? "M31M31\n" : "M31\n";
-    if (may(4)) add_holes();
+    if (comes_up(4)) add_holes();
     const int kind = drawn(0, 3);
     if (kind == 0) {
       add_series();
-      if (may(4)) text_ += "M49,CAMA\nX25.Y25.G36\n";
-      if (may()) add_holes();
+      if (comes_up(4)) text_ += "M49,CAMA\nX25.Y25.G36\n";
+      if (comes_up()) add_holes();
       text_ += "G39,SAVE\n";
       n_saved_ = n_copies;
     } else if (kind == 1 && n_saved_ >= n_copies) {
@@ -163,10 +163,10 @@ class MeasuringJob {
     } else {
       for (int n = drawn(0, 2); n > 0; --n) add_order();
     }
-    if (may(4)) add_order();
+    if (comes_up(4)) add_order();
     add_holes();
     text_ += drawn_offsets(n_copies);
-    if (is_nested) text_ += may() ? "X0Y0M50M30\n" : "X0Y0M50\nX100.Y0M50M30\n";
+    if (is_nested) text_ += comes_up() ? "X0Y0M50M30\n" : "X0Y0M50\nX100.Y0M50M30\n";
   }
 
   bool has_own_orders_;
