@@ -7,14 +7,14 @@ include(panelcal_precompile)
 include(panelcal_unity)
 
 function(panelcal_library name)
-  cmake_parse_arguments(arg "" "BYTES" "SOURCES;HEADERS;DEPENDS;PRIVATE_DEPENDS;UNHURRIED" ${ARGN})
+  cmake_parse_arguments(arg "" "BYTES" "SOURCES;HEADERS;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
   add_library(panelcal_${name} STATIC ${arg_SOURCES})
   add_library(panelcal::${name} ALIAS panelcal_${name})
   set_target_properties(panelcal_${name} PROPERTIES EXPORT_NAME ${name}
                                                     VERIFY_INTERFACE_HEADER_SETS ON)
   target_compile_features(panelcal_${name} PUBLIC cxx_std_20)
   panelcal_precompile(panelcal_${name})
-  panelcal_unity(panelcal_${name} BYTES ${arg_BYTES} UNHURRIED ${arg_UNHURRIED})
+  panelcal_unity(panelcal_${name} BYTES ${arg_BYTES})
   target_sources(panelcal_${name} PUBLIC FILE_SET HEADERS BASE_DIRS "${PROJECT_SOURCE_DIR}"
                                          FILES ${arg_HEADERS})
   target_include_directories(panelcal_${name}

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-# panelcal_unity(target [MAX n] [BYTES n] [UNHURRIED room...]): with CMAKE_UNITY_BUILD, the files of a
-# room are compiled as one, and small rooms together, so that what they all include is read once. A file
-# with options of its own stays alone. MAX is for tests, whose names may clash: at most n files at a
-# time, none that clash. BYTES is the most that small rooms together may have. UNHURRIED rooms read
-# settings, judge and write texts: they are compiled apart from the others, as panelcal_unhurried says.
+# panelcal_unity(target [MAX n] [BYTES n]): with CMAKE_UNITY_BUILD, the files of a room are compiled as one, and
+# small rooms together, so that what they all include is read once. A file with options of its own
+# stays alone. MAX is for tests, whose names may clash: at most n files at a time, none that clash.
+# BYTES is the most that small rooms together may have.
 #
 # CMake's own unity files name absolute paths, with which a compiler cache never hits in another
 # clone; these name the paths in the repository.
@@ -12,15 +11,8 @@ include_guard(GLOBAL)
 set(PANELCAL_UNITY_BUILD ${CMAKE_UNITY_BUILD})
 set(CMAKE_UNITY_BUILD OFF)
 
-# panelcal_unhurried(target): its code only reads options and writes texts, and is optimised less (-O1):
-# that takes less time to compile. Loops over holes or pixels do not belong here.
-function(panelcal_unhurried target)
-  target_compile_options(${target} PRIVATE ${PANELCAL_UNHURRIED_OPTIONS})
-endfunction()
-set(PANELCAL_UNHURRIED_OPTIONS "$<$<CONFIG:RelWithDebInfo>:-O1>")
-
 function(panelcal_unity target)
-  cmake_parse_arguments(arg "" "MAX;BYTES" "UNHURRIED" ${ARGN})
+  cmake_parse_arguments(arg "" "MAX;BYTES" "" ${ARGN})
   if(NOT PANELCAL_UNITY_BUILD)
     return()
   endif()
@@ -52,35 +44,23 @@ function(panelcal_unity target)
     _panelcal_unity_groups(groups ${arg_MAX} ${files})
     foreach(group IN LISTS groups)
       string(REPLACE "|" ";" group "${group}")
-      _panelcal_unity_file(${target} "" ${group})
+      _panelcal_unity_file(${target} ${group})
     endforeach()
     return()
   endif()
-  foreach(room IN LISTS arg_UNHURRIED)
-    string(MAKE_C_IDENTIFIER "room_${room}" room)
-    list(APPEND unhurried ${room})
-  endforeach()
-  list(REMOVE_ITEM rooms ${unhurried})
-  _panelcal_unity_rooms("${PANELCAL_UNHURRIED_OPTIONS}" ${unhurried})
-  _panelcal_unity_rooms("" ${rooms})
-endfunction()
-
-# Small rooms together, of the function that calls this.
-macro(_panelcal_unity_rooms options)
   set(size 0)
-  set(files "")
-  foreach(room ${ARGN})
+  foreach(room IN LISTS rooms)
     math(EXPR size_with "${size} + ${size_of_${room}}")
     if(size_with GREATER enough)
-      _panelcal_unity_file(${target} "${options}" ${files})
+      _panelcal_unity_file(${target} ${files})
       set(files "")
       set(size_with ${size_of_${room}})
     endif()
     list(APPEND files ${sources_of_${room}})
     set(size ${size_with})
   endforeach()
-  _panelcal_unity_file(${target} "${options}" ${files})
-endmacro()
+  _panelcal_unity_file(${target} ${files})
+endfunction()
 
 # Sets a list of groups, the files of each joined by |.
 function(_panelcal_unity_groups groups max)
@@ -95,9 +75,8 @@ function(_panelcal_unity_groups groups max)
   set(${groups} "${lines}" PARENT_SCOPE)
 endfunction()
 
-# One file that includes the given ones, named after the first of them, and is compiled with these
-# options.
-function(_panelcal_unity_file target options)
+# One file that includes the given ones, named after the first of them.
+function(_panelcal_unity_file target)
   list(LENGTH ARGN n_sources)
   if(n_sources LESS 2)
     return()
@@ -117,5 +96,4 @@ function(_panelcal_unity_file target options)
   get_target_property(sources ${target} SOURCES)
   list(REMOVE_ITEM sources ${ARGN})
   set_property(TARGET ${target} PROPERTY SOURCES ${sources} "${unit}")
-  set_source_files_properties("${unit}" PROPERTIES COMPILE_OPTIONS "${options}")
 endfunction()
