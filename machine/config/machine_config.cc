@@ -183,6 +183,10 @@ Expected<void> read_gates(const TomlTable& top, MachineConfig& config) {
   PANELCAL_TRY(const auto table, top.table("gates", "[gates]", {kGateKeys, {}}));
   if (!table) return {};
   PANELCAL_CHECK(read_limits(*table, config.walk.base_limits));
+  if (!config.walk.base_limits.refuses_mirror && config.walk.bends_panel) {
+    return failure(table->problem(
+        "mirror", "\"refused\", or another model", "model = \"smooth\" fits no turned panel"));
+  }
   config.walk.nested_limits = config.walk.base_limits;
   // A board lies on its panel as the program says, whichever way that lies.
   config.walk.nested_limits.refuses_mirror = true;
@@ -211,7 +215,8 @@ Expected<void> read_model(const TomlTable& vision, WalkOptions& walk) {
 }
 
 /// Settings of the measurements of G32, G33 and G36 of SIEB & MEYER programs.
-Expected<void> read_optical(const TomlTable& vision, sieb_meyer::Settings& settings) {
+Expected<void> read_optical(const TomlTable& vision, WalkOptions& walk) {
+  sieb_meyer::Settings& settings = walk.sieb_meyer;
   PANELCAL_TRY(const auto mode, vision.integer("mode", 1, 5));
   if (mode == 4) return failure(vision.problem("mode", "1, 2, 3 or 5"));
   if (mode) settings.measurement_mode = static_cast<int>(*mode);
@@ -219,6 +224,11 @@ Expected<void> read_optical(const TomlTable& vision, sieb_meyer::Settings& setti
   settings.pattern_mode = cama.value_or(settings.pattern_mode);
   PANELCAL_TRY(const auto scale, vision.truth("scale"));
   settings.fits_scale = scale.value_or(settings.fits_scale);
+  if (settings.fits_scale &&
+      (walk.model == PanelModel::Offset || walk.model == PanelModel::Rigid)) {
+    return failure(vision.problem(
+        "scale", "model = \"similarity\" or a softer one", "the model has no scale"));
+  }
   PANELCAL_TRY(const auto tool, vision.integer("default_tool", 1, kMaxToolNumber));
   if (tool) settings.vision_tool = static_cast<int>(*tool);
   return {};
@@ -232,7 +242,7 @@ Expected<void> read_vision(const TomlTable& top, MachineConfig& config) {
   PANELCAL_TRY(const auto inspections, table->integer("inspections", 1, kMaxInspections));
   if (inspections) config.walk.inspections = static_cast<int>(*inspections);
   PANELCAL_CHECK(read_model(*table, config.walk));
-  PANELCAL_CHECK(read_optical(*table, config.walk.sieb_meyer));
+  PANELCAL_CHECK(read_optical(*table, config.walk));
   PANELCAL_CHECK(internal::read_vision_options(*table, config.vision));
   LocateOptions& locate = config.locate;
   PANELCAL_TRY(locate.min_score, table->number_or("min_score", kGateShare, locate.min_score));
@@ -255,6 +265,12 @@ Expected<void> read_vision(const TomlTable& top, MachineConfig& config) {
     if (!config.vision_tools.emplace(target.number, target).second) {
       return failure(tool.problem("number", "each number once", "another tool has it"));
     }
+  }
+  const bool is_stated = table->has("default_tool");
+  if (is_stated && !tools.empty() &&
+      !config.vision_tools.contains(config.walk.sieb_meyer.vision_tool)) {
+    return failure(
+        table->problem("default_tool", "the number of a [[vision.tool]]", "no tool has it"));
   }
   return {};
 }
