@@ -85,6 +85,12 @@ std::optional<Zeros> parse_zeros(std::string_view text) {
   return std::nullopt;
 }
 
+std::optional<RateUnit> parse_rate_unit(std::string_view text) {
+  if (is_word(text, "m/min")) return RateUnit::MetersPerMinute;
+  if (is_word(text, "inch/min")) return RateUnit::InchesPerMinute;
+  return std::nullopt;
+}
+
 std::optional<std::pair<int, int>> parse_digits(std::string_view text) {
   const auto digit = [](char c) { return c >= '1' && c <= '6'; };
   if (text.size() != 3 || text[1] != '.' || !digit(text[0]) || !digit(text[2])) return std::nullopt;

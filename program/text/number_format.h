@@ -20,6 +20,9 @@ enum class Zeros : std::uint8_t {
   TrailingKept,  ///< TZ: digits count from the right, leading zeros may be left off
 };
 
+/// The unit of F and R, the rates of SIEB & MEYER programs: their tables have the first alone.
+enum class RateUnit : std::uint8_t { MetersPerMinute, InchesPerMinute };
+
 struct PartialFormat;
 
 /// Notation of a program's lengths (CNC-7 manual, Inch vs. Metric; Leading and Trailing Zeros). The
@@ -68,6 +71,8 @@ tl::expected<PartialFormat, std::string> parse_format(std::string_view text);
 /// The parts of it.
 std::optional<LengthUnit> parse_unit(std::string_view text);
 std::optional<Zeros> parse_zeros(std::string_view text);
+/// `m/min` or `inch/min`.
+std::optional<RateUnit> parse_rate_unit(std::string_view text);
 /// `2.4`: one to six digits on either side.
 std::optional<std::pair<int, int>> parse_digits(std::string_view text);
 

@@ -37,6 +37,8 @@ struct ReadOptions {
   PartialFormat forced_format;
   PartialFormat format_beside;  ///< of nc_param.txt beside the program, where it says nothing
   PartialFormat last_format;    ///< [program]: the control's last setting, where neither does
+  /// [program] rates: of a SIEB & MEYER program in inch, whose manual has their unit in mm alone.
+  std::optional<RateUnit> inch_rates;
   /// Sides of the machine's travel, in mm: no coordinates of a program spread farther.
   std::optional<Eigen::Vector2d> travel_mm;
   std::string operator_id;  ///< OPID: what an asterisk in a canned text stands for

@@ -42,7 +42,7 @@ class BentProbes final : public ProbeSource {
 
 /// A program, and the file of subprograms that begins at its first line with an @. The line in
 /// front of the %% may name what the machine decides: MODE2, MODE3, MODE5, CAMA, SCALE, BLKD,
-/// AXIS2, INCH and LZ (--format), MILS (the setting of the control).
+/// AXIS2, INCH and LZ (--format), MILS, RATES and IPM (the setting of the control).
 struct SiebMeyerInput {
   std::string program;
   std::string subprograms;
@@ -77,8 +77,13 @@ inline SiebMeyerInput split_input(std::string_view bytes) {
   if (says("BLKD")) input.reading.block_delete = true;
   if (says("AXIS2")) input.reading.axis_version = 2;
   if (says("INCH")) input.reading.forced_format.unit = LengthUnit::Inch;
-  if (says("LZ")) input.reading.forced_format.zeros = Zeros::LeadingKept;
+  if (says("LZ")) {
+    input.reading.forced_format.zeros = Zeros::LeadingKept;
+    input.reading.forced_format.digits = {2, 4};
+  }
   if (says("MILS")) input.reading.last_format = *parse_format("inch,tz,2.3");
+  if (says("RATES")) input.reading.inch_rates = RateUnit::MetersPerMinute;
+  if (says("IPM")) input.reading.inch_rates = RateUnit::InchesPerMinute;
   return input;
 }
 

@@ -18,7 +18,7 @@ namespace {
 
 using Words = std::string_view;
 
-constexpr std::array<Words, 16> kProgramKeys = {"absolute_zero_mm",
+constexpr std::array<Words, 17> kProgramKeys = {"absolute_zero_mm",
                                                 "arc_tolerance_um",
                                                 "axis_version",
                                                 "block_delete",
@@ -28,6 +28,7 @@ constexpr std::array<Words, 16> kProgramKeys = {"absolute_zero_mm",
                                                 "module",
                                                 "obeys_areas",
                                                 "operator_id",
+                                                "rates",
                                                 "run",
                                                 "search_path",
                                                 "spindle",
@@ -127,6 +128,8 @@ Expected<void> read_program(const TomlTable& top, MachineConfig& config) {
   }
   config.walk.sieb_meyer.text.operator_text = config.reading.operator_id;
   PANELCAL_CHECK(read_format(*table, config.reading.last_format));
+  PANELCAL_CHECK(read_part(
+      *table, "rates", "\"inch/min\" or \"m/min\"", parse_rate_unit, config.reading.inch_rates));
   PANELCAL_CHECK(read_control(*table, config.walk.sieb_meyer));
   PANELCAL_TRY(const auto folders, table->texts("search_path"));
   for (const std::string& folder : folders) {

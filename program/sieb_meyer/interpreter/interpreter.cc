@@ -230,10 +230,7 @@ void Interpreter::prepare(const Block& block, const Order& order) {
     refresh_placement();
   }
   if (order.incremental) modal_.incremental = *order.incremental;
-  if (order.feed_m_min) {
-    modal_.feed = mm_per_s(*order.feed_m_min * 1000 / 60);
-    judge_feed(block, *modal_.feed);
-  }
+  if (order.feed_m_min) modal_.feed = mm_per_s(*order.feed_m_min * 1000 / 60);
   if (order.parameters == ParameterKind::Rout && !order.nibble) {
     if (order.r_mm || order.ij_mm[0] || order.ij_mm[1]) {
       modal_.arc_step_mm = order.parameter_step_mm;
@@ -250,16 +247,6 @@ void Interpreter::prepare(const Block& block, const Order& order) {
   }
   set_depths(block, order);
   set_peck(block, order);
-}
-
-/// The manual has the unit of F in millimetres alone.
-void Interpreter::judge_feed(const Block& block, Feed feed) {
-  if (format_.unit != LengthUnit::Inch || std::exchange(warned_feed_, true)) return;
-  report(
-      Code::FormatAssumed,
-      block,
-      fmt::format("F in {} is read as {:.4g} inch/min", quoted(block.text), feed / inch_per_min(1)),
-      "feeds in inch/min in a program in inch");
 }
 
 /// "The first coordinate of a relative coordinate definition relates to the last used absolute

@@ -134,7 +134,6 @@ class Interpreter {
   void run_block(const Block& block);
   void run_order(const Block& block, const Order& order);
   void prepare(const Block& block, const Order& order);
-  void judge_feed(const Block& block, Feed feed);
   bool holds_only(const Block& block, const Order& order, std::uint32_t known);
   void move_or_measure(const Block& block, const Order& order);
   void call_or_write(const Block& block, const Order& order);
@@ -292,7 +291,6 @@ class Interpreter {
   Placement placement_;  ///< of the copy, without scale and rotation
   bool deletes_blocks_;
   bool warned_slash_ = false;
-  bool warned_feed_ = false;  ///< of its unit in a program in inch
   bool ended_ = false;
 
   Modal modal_;

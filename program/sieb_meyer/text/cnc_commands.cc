@@ -47,14 +47,23 @@ CncNumbers numbers_of(const CncCommand& command) {
       return command.argument.find_first_not_of("T0123456789") == std::string_view::npos
                  ? CncNumbers::NoLengths
                  : CncNumbers::Undescribed;
-    case CncCode::PeckByDiameter:
-    case CncCode::PeckWithDepth:
-    case CncCode::PeckByTool:
-    case CncCode::QuickPlane:
-    case CncCode::DepthMode:
-      return CncNumbers::Undescribed;
-    default:
+    // Axes, factors, angles, runs, times, tools and texts.
+    case CncCode::AxisVersion:
+    case CncCode::Scale:
+    case CncCode::Rotation:
+    case CncCode::CameraMode:
+    case CncCode::CameraTime:
+    case CncCode::CameraNumber:
+    case CncCode::BreakageOff:
+    case CncCode::ToolBottom:
+    case CncCode::ToolTop:
+    case CncCode::PeckMode:
+    case CncCode::OperatorText:
+    case CncCode::ToolNumbers:
+    case CncCode::RoutVersion:
       return CncNumbers::NoLengths;
+    default:
+      return CncNumbers::Undescribed;
   }
 }
 

@@ -122,9 +122,7 @@ class TableReader {
       case 'F':
       case 'R':
         return read_value(line, word, Quantity::ToolFeed, tool, [&](double v) {
-          const Feed rate = mm_per_s(v * 1000 / 60);
-          (word.letter == 'F' ? tool.infeed : tool.retract) = datum(v, rate);
-          if (v > 0) judge_rate(line, word, rate);
+          (word.letter == 'F' ? tool.infeed : tool.retract) = datum(v, mm_per_s(v * 1000 / 60));
         });
       case 'N':
         return read_life(line, word, tool);
@@ -158,17 +156,6 @@ class TableReader {
     return is_read && fits;
   }
 
-  /// The manual has the unit of rates in millimetres alone.
-  void judge_rate(int line, const Word& word, Feed rate) {
-    if (layout_.numbers.unit != LengthUnit::Inch || std::exchange(has_judged_rate_, true)) return;
-    reporter_.report(
-        Code::FormatAssumed,
-        line,
-        word.column,
-        fmt::format("{} is read as {:.4g} inch/min", quoted(word.text()), rate / inch_per_min(1)),
-        "rates in inch/min in a program in inch");
-  }
-
   /// Zero says that there is none.
   template <class T>
   static std::optional<T> datum(double value, T quantity) {
@@ -179,7 +166,11 @@ class TableReader {
   bool read_value(int line, const Word& word, Quantity quantity, Tool& tool, Set set) {
     const ParsedNumber number = parse_number(word.number, layout_.numbers, quantity);
     if (number.problem != NumberProblem::None) {
-      refuse(line, word, expectation(number.problem, layout_.numbers));
+      reporter_.report(is_open(number.problem) ? Code::FormatAmbiguous : Code::ToolTableInvalid,
+                       line,
+                       word.column,
+                       quoted(word.text()),
+                       expectation(number.problem, layout_.numbers, quantity));
       return false;
     }
     set(number.value);
@@ -236,7 +227,6 @@ class TableReader {
   FileLayout& layout_;
   const Reporter& reporter_;
   int tool_ = 0;
-  bool has_judged_rate_ = false;
 };
 
 /// The place of a line that begins at `offset`.
@@ -296,6 +286,7 @@ FileLayout read_layout(const SourceText& source, DiagnosticLog& log, const ReadO
       layout.numbers = choice.format;
       layout.setting = stated->setting;
       layout.format_evidence = choice.evidence;
+      layout.leaves_subprograms = choice.leaves_subprograms;
     } else {
       reporter.report(
           Code::CommandFormat, line.number, line.column, quoted(mark), "%%, %%3000 or %%5000");

@@ -21,6 +21,16 @@ bool mean_the_same(const ProgramFormat& a, const ProgramFormat& b) {
          (a.zeros == Zeros::TrailingKept || a.integer_digits() == b.integer_digits());
 }
 
+/// [program] states this unit, or none.
+bool may_be_in(const PartialFormat& setting, LengthUnit unit) {
+  return setting.unit.value_or(unit) == unit;
+}
+
+/// The digits behind %% state the numbers, but --format another unit.
+bool is_overridden(const FormatMark& mark, const PartialFormat& forced) {
+  return !mark.setting.empty() && !mark.is_special && forced.unit == LengthUnit::Inch;
+}
+
 /// The parts that count, of --format and the control's setting.
 PartialFormat stated_numbers(const FormatMark& mark, const ReadOptions& reading) {
   PartialFormat stated = reading.forced_format;
@@ -30,12 +40,41 @@ PartialFormat stated_numbers(const FormatMark& mark, const ReadOptions& reading)
     return stated;
   }
   // The digits of a unit that --format alone names are those of the control in that unit.
-  const bool is_other_unit = stated.unit && *stated.unit != LengthUnit::Millimeter;
-  if (is_other_unit && !stated.digits && last.digits && last.unit == stated.unit) {
+  if (is_overridden(mark, stated) && !stated.digits && last.digits &&
+      may_be_in(last, LengthUnit::Inch)) {
     stated.digits = last.digits;
     stated.from += " and " + last.from;
   }
   return stated;
+}
+
+struct OpenPart {
+  std::string what;
+  std::string expected;
+};
+
+/// What is left open of the numbers, so that they cannot be read.
+std::optional<OpenPart> open_part(const FormatMark& mark,
+                                  std::string_view text,
+                                  const ProgramFormat& format,
+                                  const ReadOptions& reading) {
+  if (mark.file == FileFormat::F1000 && format.unit == LengthUnit::Inch && !format.digits) {
+    return OpenPart{"steps of " + quoted(text) + " are 0.001 inch or 0.0001 inch",
+                    "digits, such as --format inch,2.3"};
+  }
+  // The manual has no number of digits before the point.
+  if (format.zeros == Zeros::LeadingKept && !format.digits) {
+    return OpenPart{quoted(text) + " counts from the left of an unknown number of digits",
+                    "digits as well, such as --format lz,3.3"};
+  }
+  const PartialFormat& last = reading.last_format;
+  const bool has_two_zeros = is_overridden(mark, reading.forced_format) &&
+                             !reading.forced_format.zeros && last.zeros == Zeros::LeadingKept &&
+                             may_be_in(last, LengthUnit::Inch);
+  if (!has_two_zeros) return std::nullopt;
+  return OpenPart{
+      quoted(text) + " keeps trailing zeros, in millimetres; " + last.from + " leading ones",
+      "zeros as well, such as --format inch,tz"};
 }
 
 }  // namespace
@@ -83,16 +122,18 @@ FormatChoice choose_format(const FormatMark& mark,
            quoted(text),
            "--format with a unit, zeros and digits, or units, zeros and digits of [program]: the "
            "manual does not describe the formats xx01 to xx10");
-    return {mark.file, ""};
+    return {.format = mark.file};
   }
-  FormatChoice choice{format_from(stated, mark.file), stated.from};
-  const ProgramFormat& format = choice.format;
-  if (mark.file == FileFormat::F1000 && format.unit == LengthUnit::Inch && !format.digits) {
-    report(Code::FormatAmbiguous,
-           "steps of " + quoted(text) + " are 0.001 inch or 0.0001 inch",
-           "digits, such as --format inch,2.3");
-    return {mark.file, ""};
+  FormatChoice choice{.format = format_from(stated, mark.file), .evidence = stated.from};
+  ProgramFormat& format = choice.format;
+  format.inch_rates = reading.inch_rates;
+  if (auto open = open_part(mark, text, format, reading)) {
+    report(Code::FormatAmbiguous, std::move(open->what), std::move(open->expected));
+    return {.format = mark.file};
   }
+  PartialFormat of_control = forced;
+  of_control.fill_from(reading.last_format);
+  choice.leaves_subprograms = !mean_the_same(format, format_from(of_control, mark.file));
   if (mark.is_special) return choice;
   if (mark.setting.empty()) {
     if (!mean_the_same(format, format_from(forced, mark.file))) {
@@ -102,7 +143,7 @@ FormatChoice choose_format(const FormatMark& mark,
     }
   } else if (!format.is_described()) {
     report(Code::FormatOverridden,
-           quoted(text) + " is not obeyed in its numbers: " + forced.from,
+           quoted(text) + " is read as " + summary(format) + ": " + choice.evidence,
            "the format that the program states");
   } else if (!forced.unit && reading.last_format.unit == LengthUnit::Inch) {
     report(Code::FormatOverridden,

@@ -26,6 +26,9 @@ std::optional<FormatMark> parse_format_mark(std::string_view text);
 struct FormatChoice {
   ProgramFormat format;
   std::string evidence;  ///< empty: the mark alone
+  /// The digits behind %% and the control's setting differ, so that a subprogram, which has no %%,
+  /// may be in either.
+  bool leaves_subprograms = false;
 };
 
 /// Decides how a program's numbers are read.
@@ -38,7 +41,8 @@ struct FormatChoice {
 ///
 /// In     line, column: of the mark; text: of that line
 /// Fails  into the reporter: command-format (xx01 to xx10 without a unit, zeros or digits);
-///        format-ambiguous (format 1000 in inch without digits: it has no decimal points); warns
+///        format-ambiguous (format 1000 in inch without digits: it has no decimal points; leading
+///        zeros without digits; --format inch where [program] has leading zeros in inch); warns
 ///        format-overridden, format-assumed
 /// Source SIEB & MEYER CNC 8x.00 Command Set, 1 Format settings; A.1; A.5.1 to A.7.1; B
 /// See    tests/program/sieb_meyer/text/format_setting_test.cc

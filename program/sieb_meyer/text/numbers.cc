@@ -13,11 +13,16 @@ namespace {
 constexpr std::array<double, 16> kSiebMeyerPowers = {
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
 
+/// Behind the point of a coordinate in millimetres.
+int described_decimals(FileFormat format) {
+  return format == FileFormat::F1000 ? 2 : 3;
+}
+
 /// Kinds of quantities that follow the unit of a program in different ways.
 enum class Dimension : std::uint8_t {
   None,
   Length,
-  Place,  ///< a length that the format's zeros hold for as well
+  Place,  ///< a coordinate: the format's zeros hold for it as well
   Rate,   ///< m/min
 };
 
@@ -30,23 +35,23 @@ struct Rule {
   bool has_sign = false;
   double per_unit = 1;  ///< with a point
   Dimension dimension = Dimension::None;
+  bool has_step = true;  ///< something states it
 };
-
-/// Behind the point of a coordinate in millimetres.
-int described_decimals(FileFormat format) {
-  return format == FileFormat::F1000 ? 2 : 3;
-}
 
 Rule rule_of(FileFormat format, Quantity quantity) {
   const bool is_1000 = format == FileFormat::F1000;
   const bool is_5000 = format == FileFormat::F5000;
   switch (quantity) {
     case Quantity::Coordinate:
+      return {.n_decimals = described_decimals(format),
+              .has_point = !is_1000,
+              .has_sign = true,
+              .dimension = Dimension::Place};
     case Quantity::ArcParameter:
       return {.n_decimals = described_decimals(format),
               .has_point = !is_1000,
-              .has_sign = !is_1000 || quantity == Quantity::Coordinate,
-              .dimension = Dimension::Place};
+              .has_sign = !is_1000,
+              .dimension = Dimension::Length};
     case Quantity::Plane:
       return {.n_decimals = is_5000 ? 3 : 2, .has_sign = true, .dimension = Dimension::Length};
     case Quantity::RoutFeed:
@@ -74,17 +79,22 @@ Rule rule_of(FileFormat format, Quantity quantity) {
   return {};
 }
 
+bool is_in_inch_per_min(const ProgramFormat& format) {
+  return format.unit == LengthUnit::Inch && format.inch_rates == RateUnit::InchesPerMinute;
+}
+
 /// The same in the format of a program; its value is in that one's unit.
 Rule rule_of(const ProgramFormat& format, Quantity quantity) {
   Rule rule = rule_of(format.file, quantity);
   switch (rule.dimension) {
     case Dimension::Length:
     case Dimension::Place:
+      rule.has_step =
+          format.has_described_step() || rule.n_decimals == described_decimals(format.file);
       rule.n_decimals += format.decimal_digits() - described_decimals(format.file);
       break;
     case Dimension::Rate:
-      // 0.001 m/min are 1 mm/min, and a step in inch is a tenth of the number in millimetres.
-      if (format.unit == LengthUnit::Inch) rule.per_step = 100;
+      rule.has_step = !is_in_inch_per_min(format);
       break;
     case Dimension::None:
       break;
@@ -96,7 +106,25 @@ Rule rule_of(const ProgramFormat& format, Quantity quantity) {
 double unit_of(const ProgramFormat& format, Dimension dimension) {
   if (format.unit == LengthUnit::Millimeter || dimension == Dimension::None) return 1;
   const double inch_mm = format.one_unit().in_mm();
-  return dimension == Dimension::Rate ? inch_mm / 1000 : inch_mm;
+  if (dimension != Dimension::Rate) return inch_mm;
+  return is_in_inch_per_min(format) ? inch_mm / 1000 : 1;
+}
+
+/// Whether something states what the digits of a number other than zero count.
+NumberProblem open_part(const ProgramFormat& format,
+                        const Rule& rule,
+                        bool has_point,
+                        std::size_t n_digits) {
+  if (rule.dimension == Dimension::Rate && format.unit == LengthUnit::Inch && !format.inch_rates) {
+    return NumberProblem::RateOpen;
+  }
+  if (has_point) return NumberProblem::None;
+  if (!rule.has_step) return NumberProblem::StepOpen;
+  // With all its digits a number is the same from the left and from the right.
+  const bool leaves_zeros = static_cast<int>(n_digits) != format.integer_digits() + rule.n_decimals;
+  const bool is_open =
+      rule.dimension == Dimension::Length && leaves_zeros && format.zeros == Zeros::LeadingKept;
+  return is_open ? NumberProblem::ZerosOpen : NumberProblem::None;
 }
 
 }  // namespace
@@ -128,9 +156,12 @@ double ProgramFormat::step_mm() const {
   return one_unit().in_mm() * (1 / power);
 }
 
+bool ProgramFormat::has_described_step() const {
+  return unit == LengthUnit::Millimeter && decimal_digits() == described_decimals(file);
+}
+
 bool ProgramFormat::is_described() const {
-  return unit == LengthUnit::Millimeter && zeros == Zeros::TrailingKept &&
-         decimal_digits() == described_decimals(file);
+  return has_described_step() && zeros == Zeros::TrailingKept;
 }
 
 std::string summary(const ProgramFormat& format) {
@@ -148,7 +179,8 @@ std::string summary(const ProgramFormat& format) {
 
 ParsedNumber parse_number(std::string_view text, const ProgramFormat& format, Quantity quantity) {
   constexpr std::size_t kMostDigits = 15;
-  const Rule rule = rule_of(format, quantity);
+  const bool is_described = format.is_described();
+  const Rule rule = is_described ? rule_of(format.file, quantity) : rule_of(format, quantity);
   std::size_t i = 0;
   const bool has_sign = !text.empty() && (text[0] == '-' || text[0] == '+');
   const bool is_negative = has_sign && text[0] == '-';
@@ -171,9 +203,14 @@ ParsedNumber parse_number(std::string_view text, const ProgramFormat& format, Qu
   if (n_digits == 0 && (has_sign || has_point)) return {.problem = NumberProblem::Malformed};
   if (has_point && !rule.has_point) return {.problem = NumberProblem::PointForbidden};
   if (is_negative && !rule.has_sign) return {.problem = NumberProblem::SignForbidden};
+  if (digits != 0 && !is_described) {
+    const NumberProblem open = open_part(format, rule, has_point, n_digits);
+    if (open != NumberProblem::None) return {.problem = open};
+  }
   double factor = has_point ? rule.per_unit : rule.per_step;
   int exponent = has_point ? static_cast<int>(n_decimals) : rule.n_decimals;
-  if (!has_point && rule.dimension == Dimension::Place && format.zeros == Zeros::LeadingKept) {
+  if (!is_described && !has_point && rule.dimension == Dimension::Place &&
+      format.zeros == Zeros::LeadingKept) {
     const int n_most = format.integer_digits() + format.decimal_digits();
     if (static_cast<int>(n_digits) > n_most) return {.problem = NumberProblem::TooManyDigits};
     exponent = static_cast<int>(n_digits) - format.integer_digits();
@@ -183,12 +220,13 @@ ParsedNumber parse_number(std::string_view text, const ProgramFormat& format, Qu
     }
   }
   const double divisor = kSiebMeyerPowers.at(static_cast<std::size_t>(exponent));
-  const double unit = unit_of(format, rule.dimension);
+  const double unit = is_described ? 1 : unit_of(format, rule.dimension);
   const double value = static_cast<double>(is_negative ? -digits : digits) * factor / divisor;
   return {.value = unit * value, .step = unit * (factor / divisor)};
 }
 
-std::string expectation(NumberProblem problem, const ProgramFormat& format) {
+std::string expectation(NumberProblem problem, const ProgramFormat& format, Quantity quantity) {
+  const Rule rule = rule_of(format, quantity);
   switch (problem) {
     case NumberProblem::Malformed:
       return "a sign, digits and at most one decimal point";
@@ -200,6 +238,16 @@ std::string expectation(NumberProblem problem, const ProgramFormat& format) {
       return "no decimal point here in format " + std::string(name(format.file));
     case NumberProblem::SignForbidden:
       return "a number that is not negative";
+    case NumberProblem::StepOpen:
+      return (rule.has_point ? "a decimal point" : "format 5000 and a decimal point") +
+             std::string(": nothing states its step without one");
+    case NumberProblem::ZerosOpen:
+      return fmt::format("{}all {} digits: zeros may be left off coordinates alone",
+                         rule.has_point ? "a decimal point, or " : "",
+                         format.integer_digits() + rule.n_decimals);
+    case NumberProblem::RateOpen:
+      return "rates = \"inch/min\" or \"m/min\" in [program] of machine.toml: the manual has their "
+             "unit in millimetres alone";
     case NumberProblem::None:
       break;
   }

@@ -21,19 +21,21 @@ std::string_view name(FileFormat format);
 /// The number format of a program: that of a file format, or one in which the setting of the
 /// control or the operator has another unit, other digits or other zeros.
 ///
-/// The manual has tables for millimetres alone and leaves other units to the CNC command FP. Read
-/// here: every length has the unit; a length without a point has steps that are the same multiple
-/// of the coordinates' step as in the manual's tables; the coordinates' step is 0.0001 inch where
-/// it is 0.001 mm (M58 has that pair); the zeros are those of coordinates and of what is measured
-/// between them (R, I, J, D), all other numbers count steps. A rate in m/min is one in inch/min.
+/// The manual has tables for millimetres alone and leaves other units to the CNC command FP. The
+/// setting has a unit, one resolution and the zeros "of coordinates" (A.1). Read here: every length
+/// has the unit; the coordinates' step is 0.0001 inch where it is 0.001 mm (M58 has that pair), and
+/// so is that of each length that has the coordinates' step in the tables. What is left has no
+/// reading: numbers with another step than coordinates, zeros left off a length that is no
+/// coordinate, and rates whose unit nothing states.
 ///
-/// Source SIEB & MEYER CNC 8x.00 Command Set, 1 Format settings; A.1; B
+/// Source SIEB & MEYER CNC 8x.00 Command Set, 1 Format settings; A.1; B; M58
 /// See    tests/program/sieb_meyer/text/inch_numbers_test.cc
 struct ProgramFormat {
   FileFormat file = FileFormat::F5000;
   LengthUnit unit = LengthUnit::Millimeter;
   Zeros zeros = Zeros::TrailingKept;
   std::optional<std::pair<int, int>> digits;  ///< before and behind the point; absent: the usual
+  std::optional<RateUnit> inch_rates;         ///< of F and R in inch; absent: nothing states it
 
   constexpr ProgramFormat() = default;
   /// Implicit: each file format has numbers of its own.
@@ -45,6 +47,8 @@ struct ProgramFormat {
   double step_mm() const;
   Length one_unit() const { return unit == LengthUnit::Inch ? inch(1) : mm(1); }
   std::string_view unit_name() const { return unit == LengthUnit::Inch ? "inch" : "mm"; }
+  /// Coordinates have the step of the manual's tables.
+  bool has_described_step() const;
   /// The numbers are those of the manual's tables.
   bool is_described() const;
 };
@@ -77,7 +81,15 @@ enum class NumberProblem : std::uint8_t {
   TooManyDigits,
   PointForbidden,
   SignForbidden,
+  StepOpen,   ///< without a point: of another step than coordinates
+  ZerosOpen,  ///< without a point, with zeros left off
+  RateOpen,   ///< in inch/min or m/min
 };
+
+/// The number is well-formed, but nothing states what it means.
+constexpr bool is_open(NumberProblem problem) {
+  return problem >= NumberProblem::StepOpen;
+}
 
 struct ParsedNumber {
   double value = 0;
@@ -90,12 +102,15 @@ struct ParsedNumber {
 /// Quantity names, whatever that of the format is.
 ///
 /// Fails  PointForbidden and SignForbidden where the format has none; TooLong above 15 digits, from
-///        where on a double would round; TooManyDigits where digits count from the left
+///        where on a double would round; TooManyDigits where digits count from the left; StepOpen,
+///        ZerosOpen and RateOpen where the digits have no stated meaning
 /// Source SIEB & MEYER CNC 8x.00 Command Set, units at each command; appendix A
 /// See    tests/program/sieb_meyer/text/numbers_test.cc
 ParsedNumber parse_number(std::string_view text, const ProgramFormat& format, Quantity quantity);
 
 /// The remedy, for messages.
-std::string expectation(NumberProblem problem, const ProgramFormat& format);
+std::string expectation(NumberProblem problem,
+                        const ProgramFormat& format,
+                        Quantity quantity = Quantity::Coordinate);
 
 }  // namespace panelcal::sieb_meyer

@@ -73,7 +73,8 @@ class OrderReader {
   std::optional<ParsedNumber> number(const Word& word, Quantity quantity) {
     const ParsedNumber parsed = parse_number(word.number, context_.format, quantity);
     if (parsed.problem == NumberProblem::None) return parsed;
-    refuse(Code::NumberMalformed, word, expectation(parsed.problem, context_.format));
+    const Code code = is_open(parsed.problem) ? Code::FormatAmbiguous : Code::NumberMalformed;
+    refuse(code, word, expectation(parsed.problem, context_.format, quantity));
     return std::nullopt;
   }
 

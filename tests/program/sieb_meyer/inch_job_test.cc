@@ -29,18 +29,15 @@ using test::text_of;
 using test::Translation;
 using test::WorkRun;
 
-/// Feeds stand in the jobs as they are, and mean another speed.
-constexpr double kAnyRate_mm_s = 1e9;
-
 /// Both texts state the same lengths; doubles of up to 1 m, added up and turned a few times.
-constexpr test::Tolerance kSameLengths = {
-    .place_mm = 1e-6, .center_mm = 1e-6, .rate_mm_s = kAnyRate_mm_s};
+constexpr test::Tolerance kSameLengths = {.place_mm = 1e-6, .center_mm = 1e-6, .rate_mm_s = 1e-6};
 
 /// With all digits, but rates are whole in Excellon.
 constexpr test::Tolerance kWritten = {.place_mm = 1e-4, .center_mm = 1e-4, .rate_mm_s = 1};
 
+/// Feeds stand in both texts as they are.
 ReadOptions inch() {
-  return {.forced_format = *parse_format("inch")};
+  return {.forced_format = *parse_format("inch"), .inch_rates = RateUnit::MetersPerMinute};
 }
 
 SmJob any_job() {

@@ -27,6 +27,7 @@ using testing::Not;
 ReadOptions control(std::string_view setting) {
   ReadOptions reading;
   reading.last_format = *parse_format(setting);
+  reading.inch_rates = RateUnit::InchesPerMinute;
   return reading;
 }
 
@@ -91,7 +92,8 @@ TEST(SiebMeyerInchOutput, DoesNotDependOnTheControl) {
 
 /// A number of a command that the manual does not describe may be a length.
 TEST(SiebMeyerInchOutput, RefusesNumbersThatItCannotBringToMillimetres) {
-  for (const char* const command : {"M49,QUIK.5", "M49,CHEK,S1XYDX.2DY0N20", "M49,TPEK,I1J2"}) {
+  for (const char* const command :
+       {"M49,QUIK.5", "M49,CHEK,S1XYDX.2DY0N20", "M49,TPEK,I1J2", "M49,FORB,X1.Y2.D.5"}) {
     const Output output =
         written<SiebMeyerWriter>("%%5001\n" + std::string(command) + "\nX1.Y2.T1\n" + kTable);
     EXPECT_TRUE(output.is_refused) << command;

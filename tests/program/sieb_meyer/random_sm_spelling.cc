@@ -109,8 +109,7 @@ std::string text_of(const SmJob& job, const SmSpelling& spelling) {
   out += "$" + spelling.line_end;
   for (std::size_t i = 0; i < kSmTools_um.size(); ++i) {
     const long um = kSmTools_um[i];
-    const bool has_point =
-        (!is_3000 && choices.one_in(2)) || spelling.unit == SmUnit::InchStepsInMetric;
+    const bool has_point = (!is_3000 && choices.one_in(2)) || spelling.unit != SmUnit::Microns;
     out += "T" + std::to_string(i + 1) + "D" +
            (has_point ? with_point(um, spelling.unit, choices) : std::to_string(um / 10)) +
            spelling.line_end;

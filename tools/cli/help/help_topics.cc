@@ -193,7 +193,7 @@ std::string sieb_meyer_page() {
       "alone leaves the numbers to the control's setting (FP; `[program]` units, zeros and digits "
       "of machine.toml), and so do the formats xx01 to xx10, which have to have a unit, zeros and "
       "digits there or in `--format`. `--format inch,tz,2.4` rules over all. In inch every length "
-      "is in inch, and rates are in inch/min (`inch_test`).\n\n"
+      "is in inch, and `[program] rates` states the unit of F and R (`inch_test`).\n\n"
       "## Program lines\n\n"
       "| command | class | what it does | formats | manual section | test |\n"
       "| --- | --- | --- | --- | --- | --- |\n";

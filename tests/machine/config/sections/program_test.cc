@@ -3,6 +3,7 @@
 
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "machine/config/machine_config.h"
 #include <gtest/gtest.h>
@@ -50,6 +51,18 @@ search_path = ["patterns", "/usr/share/patterns"]
   ASSERT_EQ(config->reading.pattern_folders.size(), 2U);
   EXPECT_EQ(config->reading.pattern_folders[0], "shop/patterns");
   EXPECT_EQ(config->reading.pattern_folders[1], "/usr/share/patterns");
+}
+
+TEST(ProgramConfig, ReadsTheNumbersOfTheControl) {
+  EXPECT_FALSE(parse("[program]\n")->reading.inch_rates);
+  EXPECT_EQ(parse("[program]\nrates = \"m/min\"\n")->reading.inch_rates, RateUnit::MetersPerMinute);
+  const auto config =
+      parse("[program]\nunits = \"inch\"\ndigits = \"2.3\"\nrates = \"inch/min\"\n");
+  ASSERT_TRUE(config) << config.error().text();
+  EXPECT_EQ(config->reading.last_format.unit, LengthUnit::Inch);
+  EXPECT_EQ(config->reading.last_format.digits, std::pair(2, 3));
+  EXPECT_EQ(config->reading.inch_rates, RateUnit::InchesPerMinute);
+  EXPECT_NE(refusal("[program]\nrates = \"mm/s\"\n"), "accepted");
 }
 
 TEST(ProgramConfig, ReadsWhatASiebMeyerControlKnows) {

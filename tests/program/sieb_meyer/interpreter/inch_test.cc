@@ -37,6 +37,7 @@ constexpr std::string_view kInchTable = "$\nT1D.04\nT2D.08\n$\n";
 
 ReadOptions inch(ReadOptions reading = {}) {
   reading.forced_format = *parse_format("inch");
+  reading.inch_rates = RateUnit::InchesPerMinute;
   return reading;
 }
 
@@ -228,8 +229,8 @@ TEST(SiebMeyerInch, Texts) {
 }
 
 TEST(SiebMeyerInch, Feeds) {
-  expect_same("X1.Y1.T0T2\nX2.Y1.G1F50.\nX2.Y2.F500\nX2.Y2.T0\n",
-              "X25.4Y25.4T0T2\nX50.8Y25.4G1F1.27\nX50.8Y50.8F1270\nX50.8Y50.8T0\n");
+  expect_same("X1.Y1.T0T2\nX2.Y1.G1F50.\nX2.Y2.F2.5\nX2.Y2.T0\n",
+              "X25.4Y25.4T0T2\nX50.8Y25.4G1F1.27\nX50.8Y50.8F.0635\nX50.8Y50.8T0\n");
 }
 
 // --- depths --------------------------------------------------------------------------------------
@@ -304,7 +305,7 @@ TEST(SiebMeyerInch, TheToolTable) {
     return run(fmt::format("%%5000\nX1.Y1.T1\nX1.Y1.T2\n$\n{}$\n", table), reading);
   };
   const ProgramRun found =
-      with_table("T1D.04S50F80.R400.N3000A300Z-.002\nM1M2\nT2D40S50.F8R40N30A.3Z20\n", inch());
+      with_table("T1D.04S50F80.R400.N3000A300Z-.002\nM1M2\nT2D.04S50.F80.R400.N30A.3Z20\n", inch());
   const ProgramRun expected = with_table(
       "T1D1.016S50F2.032R10.16N3000A300Z-.0508\nM1M2\nT2D1.016S50F2.032R10.16N30A.3Z.0508\n", {});
   ASSERT_FALSE(found.has_errors) << testing::PrintToString(found.texts);
@@ -328,12 +329,13 @@ TEST(SiebMeyerInch, TheTableOfFormat1000) {
   while (std::count(values.begin(), values.end(), '$') < 91) values += '$';
   ReadOptions reading;
   reading.last_format = *parse_format("inch,tz,2.3");
+  reading.inch_rates = RateUnit::MetersPerMinute;
   const ProgramRun found = run("%%\nX1000Y2000T1\n" + values + "\n", reading);
   ASSERT_FALSE(found.has_errors) << testing::PrintToString(found.texts);
   expect_places(hole_places(found), {{25.4, 50.8}});
   const Tool& tool = found.executed.tools().at(0);
   expect_near(tool.diameter, mm(1.016));
-  expect_near(tool.infeed, inch_per_min(80));
+  expect_near(tool.infeed, mm_per_s(800. / 60));
   EXPECT_EQ(tool.max_hits, 3000);
 }
 
@@ -377,19 +379,80 @@ TEST(SiebMeyerInch, AProgramInMillimetresStaysOneOnAControlInInch) {
   EXPECT_THAT(found.diagnostics, testing::ElementsAre("p.exc:1:1: warning[format-overridden]"));
 }
 
-// --- feeds are an assumption ---------------------------------------------------------------------
+// --- what nothing states -------------------------------------------------------------------------
 
-/// Once for the table, once for the words.
-TEST(SiebMeyerInch, WarnsHowRatesAreRead) {
-  const ProgramRun found = run(
-      "%%5000\nX1.Y1.T0T1\nX2.Y1.G1F50.\nX2.Y2.F60.\nX2.Y2.T0\n$\nT1D.04F80.R400.\n$\n", inch());
+TEST(SiebMeyerInch, RefusesRatesWhoseUnitNothingStates) {
+  ReadOptions reading = inch();
+  reading.inch_rates.reset();
+  const std::string program =
+      "%%5000\nX1.Y1.T0T1\nX2.Y1.G1F50.\nX2.Y2.\nX2.Y2.T0\n$\nT1D.04F80.R400.\n$\n";
+  const ProgramRun found = run(program, reading);
   EXPECT_THAT(found.diagnostics,
-              testing::UnorderedElementsAre("p.exc:1:1: warning[format-overridden]",
-                                            "p.exc:7:7: warning[format-assumed]",
-                                            "p.exc:3:1: warning[format-assumed]"));
-  EXPECT_THAT(found.texts, Contains(HasSubstr("80 inch/min")));
-  EXPECT_THAT(found.texts, Contains(HasSubstr("50 inch/min")));
+              testing::IsSupersetOf(
+                  {"p.exc:7:7: error[format-ambiguous]", "p.exc:3:9: error[format-ambiguous]"}));
+  EXPECT_THAT(found.texts, Contains(HasSubstr("rates = \"inch/min\" or \"m/min\"")));
+  reading.inch_rates = RateUnit::MetersPerMinute;
+  const ProgramRun in_metres = run(program, reading);
+  ASSERT_FALSE(in_metres.has_errors) << testing::PrintToString(in_metres.texts);
+  EXPECT_NEAR(in_metres.executed.routs().at(0).feed.in_mm_s(), 50e3 / 60, kSame_mm);
+  // A program in millimetres does not ask.
   EXPECT_THAT(in_mm("X1.Y1.T0T1\nX2.Y1.G1F.5\nX2.Y1.T0\n").texts, IsEmpty());
+}
+
+/// D1 is 0.01 mm beside X1 = 0.001 mm, Z1 as well in format 3000: other steps than coordinates.
+TEST(SiebMeyerInch, RefusesStepsThatNothingStates) {
+  const ProgramRun table = run("%%5000\nX1.Y1.T1\n$\nT1D80\n$\n", inch());
+  EXPECT_THAT(table.diagnostics, Contains("p.exc:4:3: error[format-ambiguous]"));
+  const ProgramRun plane = run("%%3000\nX1.Y1.T1Z10\n$\nT1\n$\n", inch());
+  EXPECT_THAT(plane.diagnostics, Contains("p.exc:2:9: error[format-ambiguous]"));
+  expect_same(run("%%3000\nX1.Y1.T1Z.1\n$\nT1\n$\n", inch()),
+              run("%%3000\nX25.4Y25.4T1Z2.54\n$\nT1\n$\n", {}));
+}
+
+TEST(SiebMeyerInch, RefusesLeadingZerosOfRadiiAndPlanes) {
+  ReadOptions reading;
+  reading.forced_format = *parse_format("inch,lz,2.4");
+  const auto lines = [&](const std::string& radius, const std::string& plane) {
+    return run("%%5000\nX01Y01T0T2" + plane + "\nX02Y01G2" + radius + "\nX02Y01T0\n" +
+                   std::string(kInchTable),
+               reading);
+  };
+  EXPECT_THAT(lines("R01", "Z.1").diagnostics, Contains("p.exc:3:9: error[format-ambiguous]"));
+  EXPECT_THAT(lines("R1.", "Z01").diagnostics, Contains("p.exc:2:11: error[format-ambiguous]"));
+  for (const ProgramRun& found : {lines("R1.", "Z.1"), lines("R010000", "Z001000")}) {
+    ASSERT_FALSE(found.has_errors) << testing::PrintToString(found.texts);
+    ASSERT_TRUE(found.executed.routs().at(0).cut.z);
+    EXPECT_NEAR(found.executed.routs().at(0).cut.z->in_mm(), 2.54, kSame_mm);
+  }
+}
+
+// --- subprograms in other numbers ----------------------------------------------------------------
+
+/// "Subprograms are loaded": the %% stands in the program alone, and the control is set to inch.
+TEST(SiebMeyerInch, RefusesSubprogramsThatMayBeInTheNumbersOfTheControl) {
+  SubprogramFolder folder;
+  folder.with("S.SS5", "@HOLES\nX1.Y1.\n");
+  ReadOptions reading = folder.reading();
+  reading.last_format = *parse_format("inch,tz,2.4");
+  const std::string body = "X5.Y5.T1\n(A) \nX2.Y1.M99,HOLES\n";
+  EXPECT_THAT(in_mm(body, reading).diagnostics, Contains("p.exc:4:7: error[format-ambiguous]"));
+  EXPECT_FALSE(in_mm("X5.Y5.T1\n", reading).has_errors);
+  reading.forced_format = *parse_format("metric,tz,3.3");
+  expect_places(hole_places(in_mm(body, reading)), {{5, 5}, {3, 2}});
+}
+
+TEST(SiebMeyerInch, RefusesSubprogramsThatStateOtherNumbers) {
+  SubprogramFolder folder;
+  folder.with("S.SS5", "COMMENT\n%%5001\n@HOLES\nX1.Y1.\n");
+  const ProgramRun other = in_mm("X5.Y5.T1\nX2.Y1.M99,HOLES\n", folder.reading());
+  EXPECT_THAT(other.texts,
+              Contains(testing::AllOf(HasSubstr("S.SS5:2:1: error[command-format]"),
+                                      HasSubstr("\"%%5001\""))));
+  SubprogramFolder same;
+  same.with("S.SS5", "%%5000\n@HOLES\nX1.Y1.\n");
+  ReadOptions reading = same.reading();
+  reading.last_format = *parse_format("inch,tz,2.4");
+  expect_places(hole_places(in_mm("X5.Y5.T1\nX2.Y1.M99,HOLES\n", reading)), {{5, 5}, {3, 2}});
 }
 
 // --- FP ------------------------------------------------------------------------------------------

@@ -195,6 +195,8 @@ TEST(CommandInMm, LeavesWhatHasNoLength) {
                                  "DEPM,Z",
                                  "FORB,A",
                                  "OD1",
+                                 "ROV0",
+                                 "CAMN7",
                                  "UNKNOWN"}) {
     EXPECT_EQ(in_mm(text), text);
   }
@@ -208,6 +210,8 @@ TEST(CommandInMm, GivesNothingForNumbersThatNothingDescribes) {
                                  "TPEK,I1J2",
                                  "QUIK5",
                                  "DEPM3",
+                                 "FORB,X1.Y2.D.5",
+                                 "SPEK1",
                                  "UNKNOWN1",
                                  "MAPT.00001"}) {
     EXPECT_EQ(in_mm(text), "nothing") << text;

@@ -29,6 +29,7 @@ PartialFormat stated(std::string_view text, std::string from) {
 struct Choice {
   std::string summary;
   std::string evidence;
+  bool leaves_subprograms = false;
   std::vector<std::string> diagnostics;
 };
 
@@ -42,7 +43,7 @@ Choice choose(std::string_view mark, std::string_view option, std::string_view s
   DiagnosticLog log;
   const Reporter reporter("p.ss", log);
   const FormatChoice choice = choose_format(*known, mark, 2, 1, reading, reporter);
-  Choice out{summary(choice.format), choice.evidence, {}};
+  Choice out{summary(choice.format), choice.evidence, choice.leaves_subprograms, {}};
   for (const Diagnostic& diagnostic : log.kept()) out.diagnostics.push_back(diagnostic.text());
   return out;
 }
@@ -118,6 +119,55 @@ TEST(FormatChoice, TheDigitsOfAnOptionInInchAreThoseOfAControlInInch) {
   EXPECT_EQ(choice.evidence, "--format inch and [program]");
   EXPECT_EQ(choose("%%5000", "inch", "metric,4.2").summary,
             "format 5000 in inch, 0.0001 inch without a decimal point");
+  // "digits, without units in either unit" (docs/formats/machine_toml.md)
+  EXPECT_EQ(choose("%%5000", "inch", "2.3").summary,
+            "format 5000 in inch, 0.001 inch without a decimal point");
+  EXPECT_THAT(choose("%%1000", "inch", "2.3").diagnostics,
+              ElementsAre(Reports("p.ss:2:1: warning[format-overridden]", "0.001 inch")));
+}
+
+/// %%5000 keeps trailing zeros, but in millimetres; the control leading ones, but for programs that
+/// state no format.
+TEST(FormatChoice, TheZerosOfAnOptionInInchAreOpenOnAControlWithLeadingOnes) {
+  for (const char* const setting : {"inch,lz,2.4", "lz"}) {
+    EXPECT_THAT(choose("%%5000", "inch", setting).diagnostics,
+                ElementsAre(Reports("p.ss:2:1: error[format-ambiguous]", "[program]")))
+        << setting;
+  }
+  for (const char* const option : {"inch,tz", "inch,lz,2.4"}) {
+    EXPECT_THAT(choose("%%5000", option, "inch,lz,2.4").diagnostics,
+                ElementsAre(Reports("p.ss:2:1: warning[format-overridden]", option)))
+        << option;
+  }
+  EXPECT_THAT(choose("%%5000", "inch", "metric,lz,3.3").diagnostics,
+              ElementsAre(Reports("p.ss:2:1: warning[format-overridden]", "--format inch")));
+}
+
+/// "leading or trailing zeros" (A.1), but no number of digits before the point.
+TEST(FormatChoice, LeadingZerosNeedDigits) {
+  const auto open = ElementsAre(Reports("p.ss:2:1: error[format-ambiguous]", "unknown number"));
+  EXPECT_THAT(choose("%%5000", "lz").diagnostics, open);
+  EXPECT_THAT(choose("%%3000", "inch,lz").diagnostics, open);
+  EXPECT_THAT(choose("%%", "", "lz").diagnostics, open);
+  EXPECT_EQ(choose("%%5000", "lz,3.3").summary,
+            "format 5000, 3.3 digits from the left without a decimal point");
+}
+
+// --- subprograms ---------------------------------------------------------------------------------
+
+/// They have no %%, and no sentence of the manual says whether that of the program holds for them.
+TEST(FormatChoice, LeavesSubprogramsOpenWhereTheControlHasOtherNumbers) {
+  for (const char* const setting : {"inch,tz,2.4", "metric,lz,3.3", "4.2"}) {
+    EXPECT_TRUE(choose("%%5000", "", setting).leaves_subprograms) << setting;
+  }
+  for (const char* const setting : {"", "metric", "metric,tz,3.3", "tz,4.3"}) {
+    EXPECT_FALSE(choose("%%5000", "", setting).leaves_subprograms) << setting;
+  }
+  EXPECT_FALSE(choose("%%5000", "metric,tz,3.3", "inch,lz,2.4").leaves_subprograms);
+  EXPECT_FALSE(choose("%%5000", "inch", "inch,tz,2.4").leaves_subprograms);
+  EXPECT_FALSE(choose("%%5000", "inch", "").leaves_subprograms);
+  EXPECT_TRUE(choose("%%5000", "metric", "inch,lz,2.4").leaves_subprograms);
+  EXPECT_FALSE(choose("%%5001", "", "inch,tz,2.4").leaves_subprograms);
 }
 
 /// It has no decimal points, and its step in inch is not known.
