@@ -5,7 +5,7 @@
 import math
 import unittest
 
-from sieb_meyer import Refusal, interpret, read
+from sieb_meyer import Refusal, Setting, interpret, read
 from sieb_meyer.sections import build
 
 CONTOUR = "X10.Y30.T0T2 M31\nX10.Y40.G1 F1.2\nX20.Y40.\nX20.Y10.\nX10.Y10.\nX10.Y10.T0\n"
@@ -195,6 +195,26 @@ class Depths(unittest.TestCase):
         found = operations("X2.Y7.T2G81I5.P80J1.4W1000\nX3.Y7.G80\nX4.Y7.G81J1.2")
         first = (("I", 5.0), ("J", 1.4), ("P", 80), ("W", 1000))
         self.assertEqual([o.cycle for o in found], [("peck", first), None, ("peck", (first[0], ("J", 1.2), *first[2:]))])
+
+
+class Numbers(unittest.TestCase):
+    def test_a_setting_has_the_numbers_where_the_digits_behind_the_percent_signs_do_not(self):
+        inch = Setting("inch", "TZ", (2, 4), "m/min")
+        text = "X1.Y20000T1\n$\nT1D.04\n$\n"
+        self.assertEqual(places(interpret("%%5001\n" + text, "", inch), "hole"), [(25.4, 50.8)])
+        self.assertEqual(places(interpret("%%5000\n" + text, "", inch), "hole"), [(1, 20)])
+        self.assertEqual(places(interpret("%%5000\n" + text, "", Setting("inch", rules=True)), "hole"), [(25.4, 50.8)])
+        self.assertAlmostEqual(read("%%5001\n" + text, inch).diameters_mm[1], 1.016)
+        leading = Setting("inch", "LZ", (2, 4))
+        self.assertEqual(places(interpret("%%\nX01Y0025T1\n", "", leading), "hole"), [(25.4, 6.35)])
+
+    def test_what_no_setting_states_is_refused(self):
+        inch, leading = Setting("inch", rules=True), Setting("inch", "LZ", (2, 4), rules=True)
+        for text, setting in (("%%5001\nX1.Y1.T1", None), ("%%5001\nX1.Y1.T1", Setting("inch", "TZ")), ("%%\nX1Y1T1", inch),
+                              ("%%5000\nX1.Y1.T1\n$\nT1D80\n$", inch), ("%%3000\nX1.Y1.T1Z20", inch),
+                              ("%%5000\nX1.Y1.T1\n$\nT1F2.\n$", inch), ("%%5000\nX1.Y1.T1Z01", leading)):
+            with self.assertRaises(Refusal, msg=text):
+                interpret(text + "\n", "", setting)
 
 
 if __name__ == "__main__":

@@ -45,10 +45,10 @@ CONSTRUCTS = {name: re.compile(pattern, re.MULTILINE) for name, pattern in {
     "comment": r"\(HOLE", "tool change within a section": r"M31\n[^M]*T\d"}.items()}
 
 
-def compare(program, subprograms, jsonl):
+def compare(program, subprograms, jsonl, setting=None):
     """Counts of compared operations; Difference if the two readings differ."""
-    found = interpret(program, subprograms)
-    return Comparison(found, events_of_panelcal(jsonl), read(program).diameters_mm).run()
+    found = interpret(program, subprograms, setting)
+    return Comparison(found, events_of_panelcal(jsonl), read(program, setting).diameters_mm).run()
 
 
 class Programs(unittest.TestCase):
@@ -57,9 +57,10 @@ class Programs(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.panelcal = Panelcal(OPTIONS.panelcal, folder.name)
 
-    def executed(self, program, subprograms):
+    def executed(self, program, subprograms, setting=None):
         """JSON Lines; a program that a side refuses is an error of the writer of programs or of that side."""
-        jsonl, errors = self.panelcal.run(program, {"SUBPROGRAMS.SS5": subprograms} if subprograms else {})
+        files = {"SUBPROGRAMS.SS5": subprograms} if subprograms else {}
+        jsonl, errors = self.panelcal.run(program, files, setting=setting)
         if jsonl is None:
             raise Difference(f"panelcal refuses: {errors}")
         return jsonl
@@ -80,18 +81,37 @@ class Programs(unittest.TestCase):
             rare = {name: used[name] for name in CONSTRUCTS if used[name] < MIN_PROGRAMS}
             self.assertEqual(rare, {}, "constructs that too few programs have")
 
+    def test_random_programs_in_other_numbers_are_executed_alike(self):
+        """In inch, other digits or with leading zeros, as the control or the operator states them."""
+        compared, used = collections.Counter(), collections.Counter()
+        for seed in range(OPTIONS.seed, OPTIONS.seed + OPTIONS.programs):
+            writer = Writer(seed, others=True)
+            program, subprograms = writer.program()
+            setting = writer.setting
+            used.update([setting.units, setting.zeros, setting.digits, setting.rates, setting.rules, writer.format])
+            try:
+                compared.update(compare(program, subprograms, self.executed(program, subprograms, setting), setting))
+            except (Refusal, Difference) as problem:
+                self.fail(f"seed {seed}: {problem}\n{setting}\n{program}{subprograms}")
+        print(f"{OPTIONS.programs} programs in other numbers, 0 refused: {dict(compared)}")
+        if OPTIONS.programs >= 300:
+            self.assertGreaterEqual(min(used.values()), 10, used)
+
     def test_written_programs_say_what_the_json_lines_say(self):
         """panelcal's own .s5 output, read by the second reading."""
         compared = 0
-        for seed in range(OPTIONS.seed, OPTIONS.seed + OPTIONS.programs // 2):
-            program, subprograms = Writer(seed).program()
+        for number in range(OPTIONS.programs // 2):
+            seed = OPTIONS.seed + number
+            writer = Writer(seed, others=number % 2 == 1)
+            program, subprograms = writer.program()
             if re.search("G3[26]|G73", program + subprograms):
                 continue  # stays a program that measures
             files = {"SUBPROGRAMS.SS5": subprograms} if subprograms else {}
-            written, errors = self.panelcal.run(program, files, "sieb-meyer")
+            written, errors = self.panelcal.run(program, files, "sieb-meyer", writer.setting)
             self.assertIsNotNone(written, f"seed {seed}: {errors}")
             try:
-                compare_written(interpret(written), events_of_panelcal(self.executed(program, subprograms), splits=True))
+                jsonl = self.executed(program, subprograms, writer.setting)
+                compare_written(interpret(written), events_of_panelcal(jsonl, splits=True))
                 compared += 1
             except (Refusal, Difference) as problem:
                 self.fail(f"seed {seed}: {problem}\n{written}")
@@ -233,6 +253,7 @@ class Errors(Programs):
     """Not the tests of Programs again: what they rely on."""
 
     test_random_programs_are_executed_alike = None
+    test_random_programs_in_other_numbers_are_executed_alike = None
     test_programs_of_the_repository_are_executed_alike = None
     test_written_programs_say_what_the_json_lines_say = None
 

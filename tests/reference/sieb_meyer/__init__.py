@@ -9,7 +9,8 @@ the comments "manual: ..." name the section that a rule comes from.
 """
 
 from .interpreter import interpret
+from .numbers import Setting
 from .operations import Depth, Operation
 from .reader import Program, Refusal, read
 
-__all__ = ["Depth", "Operation", "Program", "Refusal", "interpret", "read"]
+__all__ = ["Depth", "Operation", "Program", "Refusal", "Setting", "interpret", "read"]

@@ -18,9 +18,9 @@ QUIET_COMMANDS = re.compile(r"FV1|NOFA|NORA|NOSA|CHEK[TXSE,].*|MAPT[0-9.]+|SPEK|
 CORRECTIONS = re.compile(r"(CLEAR|SAVE|LOAD)[0-9]*|SPOP[12]?|SPISPI|REQCOMP|DELALL|SPOF[0-9]+")
 
 
-def interpret(text, subprograms=""):
+def interpret(text, subprograms="", setting=None):
     """The operations of a program. Raises Refusal where the manual does not settle what a control does."""
-    program = read(text)
+    program = read(text, setting)
     machine = Interpreter(program, read_subprograms(subprograms))
     root = build(program.blocks, program.format, machine.layouts)
     operations = machine.run_copies(root) if root.offsets else machine.run(root.children)
@@ -103,7 +103,7 @@ class Interpreter(Routing):
         offset = (0.0, 0.0)
         if last(block, "X") or last(block, "Y"):
             offset = self.offset(block)
-        root = build(self.subprograms[name], 5000, self.layouts)
+        root = build(self.subprograms[name], self.format, self.layouts)
         if root.offsets:
             raise Refusal(block.line, "offset lines without brackets in a subprogram")
         self.nest(block.line)

@@ -6,19 +6,29 @@ Places are whole units of the format, so that I and J, centers and corners are e
 
 import random
 
-UNIT_MM = {1000: 0.01, 3000: 0.001, 5000: 0.001}
+from .numbers import Setting
+
+DECIMALS = {1000: 2, 3000: 3, 5000: 3}
 # (x, y) on circles whose radius is a whole number: arcs by I and J end exactly.
 TRIPLES = [(3, 4, 5), (4, 3, 5), (5, 12, 13), (8, 15, 17), (20, 21, 29), (7, 24, 25)]
 OFFSETS = ["M50", "M60", "M70", "M80", "M90", "M60M70", "M60M80", "M60M90"]
 
 
 class Writer:
-    """Writes one program. `programs.Writer(seed).program()` -> (text, subprogram text or "")."""
+    """Writes one program. `programs.Writer(seed).program()` -> (text, subprogram text or "").
 
-    def __init__(self, seed, format_=None):
+    others  In other numbers than the manual's tables: `setting` states them.
+    """
+
+    def __init__(self, seed, format_=None, others=False):
         self.rng = random.Random(seed)
         self.format = format_ or self.rng.choices([1000, 3000, 5000], [2, 2, 6])[0]
-        self.unit = UNIT_MM[self.format]
+        self.mark = "%%" if self.format == 1000 else f"%%{self.format}"
+        self.decimals, self.whole, self.leading, self.unit_mm, self.setting = DECIMALS[self.format], 3, False, 1, None
+        if others:
+            self.choose_setting(random.Random(-1 - seed))
+        self.has_diameters = self.setting is None or self.format != 3000
+        self.unit = self.unit_mm / 10 ** self.decimals
         self.diameters = {tool: self.rng.randint(4, 24) * 10 for tool in self.rng.sample(range(1, 16), 4)}  # 0.01 mm
         self.tool = None
         self.nesting = 0
@@ -31,25 +41,51 @@ class Writer:
 
     # ---- numbers and lines
 
+    def choose_setting(self, rng):
+        """The control's or the operator's numbers."""
+        inch, self.leading = rng.random() < 0.85, rng.random() < 0.3
+        self.whole, self.decimals = rng.choice([(2, 4), (2, 4), (2, 3), (2, 5)] if inch else [(3, 4), (4, 2), (3, 3), (3, 5)])
+        self.unit_mm = 25.4 if inch else 1
+        rules = rng.random() < 0.5
+        if not rules and self.format != 1000:
+            self.mark = f"%%{self.format + rng.randint(1, 10)}"
+        elif rules:
+            self.mark = f"%%{self.format}"
+        rates = rng.choice(["m/min", "inch/min"] if self.format == 5000 else ["m/min"])
+        self.setting = Setting("inch" if inch else "metric", "LZ" if self.leading else "TZ", (self.whole, self.decimals),
+                               rates, rules)
+
+    def digits(self, n, letter):
+        """n units without a decimal point."""
+        text = f"{abs(n):0{self.whole + self.decimals}d}"
+        if not self.leading:
+            text = str(abs(n))
+        elif letter in "XY":
+            text = text.rstrip("0") or "0"
+        return ("-" if n < 0 else "") + text
+
     def length(self, n, letter="X", always_point=False):
         """A word of n units of the format's X, in one of its forms; H, K, Z have a unit of their own."""
         if self.format == 1000:
-            return letter if n == 0 and self.rng.random() < 0.5 else f"{letter}{n}"
+            return letter if n == 0 and self.rng.random() < 0.5 else letter + self.digits(n, letter)
         if n == 0 and self.rng.random() < 0.5:
             return letter + self.rng.choice(["", "0", "0.", "0.000"])
-        mm = f"{n * self.unit:.3f}"
+        mm = f"{n / 10 ** self.decimals:.{self.decimals}f}"
         if not always_point and self.rng.random() < 0.3:
-            return f"{letter}{n}"
+            return letter + self.digits(n, letter)
         if self.rng.random() < 0.7:
             mm = mm.rstrip("0")
             mm = mm.replace("0.", ".", 1) if mm.startswith(("0.", "-0.")) and len(mm.split(".")[1]) else mm
         return letter + mm
 
     def plane(self, letter, mm):
-        return letter + f"{mm:.2f}".rstrip("0")  # a decimal point in any case: the unit differs by format
+        # A decimal point in any case: the unit differs by format.
+        return letter + f"{mm / self.unit_mm:.{2 if self.unit_mm == 1 else 4}f}".rstrip("0")
 
     def feed(self):
         n = self.rng.randint(3, 40)  # 0.1 m/min
+        if self.setting and self.setting.units == "inch" and self.setting.rates == "inch/min":
+            return f"F{n * 4}."
         return f"F{n / 10:.1f}" if self.format == 5000 else f"F{n}"
 
     def pick(self, low_mm, high_mm):
@@ -229,7 +265,8 @@ class Writer:
         for _ in range(rng.randrange(4)):
             start, end = (-start[1], start[0]), (-end[1], end[0])
         q = (p[0] + (end[0] - start[0]) * scale, p[1] + (end[1] - start[1]) * scale)
-        return q, self.xy(q) + word + f"I{abs(start[0]) * scale}J{abs(start[1]) * scale}", code
+        return q, self.xy(q) + word + "".join(
+            letter + self.digits(abs(a) * scale, letter) for letter, a in zip("IJ", start)), code
 
     def axes(self, p, q, incremental):
         if incremental:
@@ -325,10 +362,12 @@ class Writer:
 
     def work(self):
         """Lines of one piece of work, outside of contours."""
+        sized = self.figures if self.has_diameters else self.contour
         makers = [self.holes] * 4 + [self.incremental_holes, self.row, self.row, self.contour, self.contour, self.contour,
-                                     self.figures, self.quiet, self.without_lowering]
+                                     sized, self.quiet, self.without_lowering]
         if self.format >= 3000:
-            makers += [self.nibble, self.text, self.rounded_contour, self.depth_in_contour]
+            makers += [self.nibble, self.text] if self.has_diameters else [self.holes]
+            makers += [self.rounded_contour, self.depth_in_contour]
         if self.format == 5000:
             makers += [self.ramp, self.call, self.call, self.surface, self.camera, self.labeled]
         return self.rng.choice(makers)()
@@ -422,8 +461,7 @@ class Writer:
         else:
             for _ in range(self.rng.randint(2, 6)):
                 body += self.section() if self.format > 1000 and self.rng.random() < 0.4 else self.work()
-        head = "%%" if self.format == 1000 else f"%%{self.format}"
-        lines = (["RANDOM PROGRAM"] if self.rng.random() < 0.3 else []) + [head] + body + self.tools()
+        lines = (["RANDOM PROGRAM"] if self.rng.random() < 0.3 else []) + [self.mark] + body + self.tools()
         long = [line for line in lines if len(line) > 64 and not line.startswith("$")]
         assert not long, long
         end = self.rng.choice(["\n", "\n", "\r\n", "\r"])
@@ -448,9 +486,14 @@ class Writer:
 
     def tools(self):
         if self.format == 1000:
-            rows = [f"{self.diameters.get(tool, '')}$40$20$99$30$$" for tool in range(1, 16)]
-            return ["$" + "".join(rows)]
+            sizes = {tool: self.digits(round(d / 100 / self.unit), "D") for tool, d in self.diameters.items()}
+            return ["$" + "".join(f"{sizes.get(tool, '')}$40$20$99$30$$" for tool in range(1, 16))]
         lines = ["$"]
         for tool, diameter in sorted(self.diameters.items()):
+            if self.setting:
+                size = f"D{diameter / 100 / self.unit_mm:.4f}" if self.has_diameters else ""
+                point = "." if self.format == 5000 else ""
+                lines.append(f"T{tool}{size}S40F20{point}R99{point}N30")
+                continue
             lines.append(f"T{tool}D{diameter}S40F20R99N30" if self.format == 3000 else f"T{tool}D{diameter / 100:.2f}S40F2.R9.9N3000")
         return lines + ["$"]

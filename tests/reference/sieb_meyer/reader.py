@@ -5,6 +5,8 @@ import dataclasses
 import re
 from typing import Optional
 
+from .numbers import Format, Unread
+
 
 class Refusal(Exception):
     """The program says something that the manual does not settle, or forbids."""
@@ -35,7 +37,7 @@ class Block:
 
 @dataclasses.dataclass
 class Program:
-    format: int  # 1000, 3000, 5000
+    format: Format  # 1000, 3000, 5000
     blocks: list
     diameters_mm: dict  # tool -> D of the table of tools
     z_offsets_mm: dict  # tool -> Z of the table of tools
@@ -55,29 +57,14 @@ M_CODES[5000] = (M_CODES[3000] | set(range(22, 28)) | set(range(34, 46)) | set(r
 V_CODES = {1000: {1, 2}, 3000: {1, 2}, 5000: {1, 2, 3, 4}}
 TEXTS = {1000: set(), 3000: {"M47", "M97", "M98"}}
 TEXTS[5000] = TEXTS[3000] | {"M49", "M75", "M76", "M99", "G35", "G39"}
-# Unit of a number without a decimal point, mm (F: m/min).
-UNITS = {
-    1000: dict(X=0.01, Y=0.01, I=0.01, J=0.01, F=0.1),
-    3000: dict(X=0.001, Y=0.001, I=0.001, J=0.001, R=0.001, D=0.001, H=0.01, K=0.01, Z=0.01, F=0.1),
-    5000: dict(X=0.001, Y=0.001, I=0.001, J=0.001, R=0.001, D=0.001, H=0.001, K=0.001, Z=0.001, F=0.001),
-}
 
 
 def value(word, line, format_):
-    """The number of a word, in mm; F in m/min. A letter alone is zero (manual: example FINAL, "XY500.")."""
-    unit = UNITS[format_].get(word.letter)
-    if unit is None:
-        raise Refusal(line, f"{word.letter} has no unit in Format {format_}")
-    if word.digits == "":
-        return 0.0
-    if not re.search("[0-9]", word.digits):
-        raise Refusal(line, f'no number: "{word.letter}{word.digits}"')
-    if "." in word.digits:
-        # manual: A.5, F: no decimal points in Format 1000, none for F in Format 3000 either.
-        if format_ == 1000 or (format_ == 3000 and word.letter == "F"):
-            raise Refusal(line, f'decimal point in Format {format_}: "{word.letter}{word.digits}"')
-        return float(word.digits)
-    return round(int(word.digits) * unit, 6)
+    """The number of a word, in mm; F in m/min."""
+    try:
+        return format_.value(word.letter, word.digits)
+    except Unread as problem:
+        raise Refusal(line, str(problem)) from None
 
 
 def count(word, line):
@@ -135,17 +122,16 @@ def split_lines(text):
     return re.split("\r\n|\n\r|\n|\r", text)
 
 
-def read(text):
+def read(text, setting=None):
     """A program file -> Program. manual: A.5 to A.7."""
     lines = split_lines(text)
     header = next((i for i, line in enumerate(lines) if line.startswith("%%")), None)
     if header is None:
         raise Refusal(1, 'no "%%": the beginning of the program is missing')
-    mark = lines[header].rstrip()
-    formats = {"%%": 1000, "%%3000": 3000, "%%5000": 5000}
-    if mark not in formats:
-        raise Refusal(header + 1, f'no format of this manual: "{mark}"')
-    format_ = formats[mark]
+    try:
+        format_ = Format.of(lines[header].rstrip(), setting)
+    except Unread as problem:
+        raise Refusal(header + 1, str(problem)) from None
     blocks = []
     end = len(lines)
     for i in range(header + 1, len(lines)):
@@ -167,8 +153,11 @@ def read_tools(lines, first_line, format_):
     if format_ == 1000:
         values = "".join(lines).strip().split("$")[1:]
         for tool, i in enumerate(range(0, min(len(values), 90), 6), start=1):
+            rates = [Word("TF", values[i + 2].strip()), Word("TR", values[i + 3].strip())] if i + 3 < len(values) else []
+            for word in rates:
+                value(word, first_line, format_)
             if values[i].strip():
-                diameters[tool] = int(values[i]) * 0.01
+                diameters[tool] = value(Word("TD", values[i].strip()), first_line, format_)
         return diameters, offsets
     tool = None
     for number, line in enumerate(lines, start=first_line):
@@ -185,16 +174,12 @@ def read_tools(lines, first_line, format_):
             elif tool is None:
                 raise Refusal(number, "a tool parameter stands before the number of its tool")
             elif word[1] == "D":
-                diameters[tool] = table_length(word[2], 0.01)
+                diameters[tool] = value(Word("TD", word[2]), number, format_)
             elif word[1] == "Z":
-                offsets[tool] = table_length(word[2], 0.001)
+                offsets[tool] = value(Word("TZ", word[2]), number, format_)
+            elif word[1] in "FR":
+                value(Word("T" + word[1], word[2]), number, format_)
     return diameters, offsets
-
-
-def table_length(digits, unit):
-    if digits == "":
-        return 0.0
-    return float(digits) if "." in digits else round(int(digits) * unit, 6)
 
 
 def read_subprograms(text):

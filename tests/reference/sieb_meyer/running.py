@@ -14,15 +14,30 @@ class Panelcal:
     def __init__(self, tool, folder):
         self.tool = tool
         self.folder = pathlib.Path(folder)
-        (self.folder / "machine.toml").write_text("")
+        self.options = []
 
-    def run(self, text, subprograms=None, to="jsonl"):
+    def state(self, setting):
+        """Writes what the machine file states, and takes the operator's options."""
+        lines = []
+        self.options = []
+        if setting and setting.rules:
+            digits = ".".join(map(str, setting.digits))
+            self.options = ["--format", f"{setting.units},{setting.zeros.lower()},{digits}"]
+        elif setting:
+            digits = ".".join(map(str, setting.digits))
+            lines += [f'units = "{setting.units}"', f'zeros = "{setting.zeros}"', f'digits = "{digits}"']
+        if setting:
+            lines.append(f'rates = "{setting.rates}"')
+        (self.folder / "machine.toml").write_text("\n".join(["[program]", *lines, ""]))
+
+    def run(self, text, subprograms=None, to="jsonl", setting=None):
         """(output, "") or (None, errors). `subprograms` maps names of files to their text.
 
         Probes find the surface at SURFACE_MM, and every target is found where the program has it, so
         that corrections move nothing.
         """
         inputs = {"program.s5": text, **(subprograms or {})}
+        self.state(setting)
         try:
             for name, content in inputs.items():
                 (self.folder / name).write_bytes(content.encode("latin-1"))
@@ -39,7 +54,8 @@ class Panelcal:
 
     def call(self, command, *options):
         # The fuzzers' corpus has programs that never end.
-        return subprocess.run([self.tool, command, "program.s5", "-m", "machine.toml", "--max-operations", "20000", *options],
+        return subprocess.run([self.tool, command, "program.s5", "-m", "machine.toml", "--max-operations", "20000",
+                               *self.options, *options],
                               cwd=self.folder, capture_output=True, text=True, encoding="utf-8", errors="replace", timeout=60)
 
     def record(self):
