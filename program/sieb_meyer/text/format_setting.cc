@@ -21,15 +21,12 @@ bool mean_the_same(const ProgramFormat& a, const ProgramFormat& b) {
          (a.zeros == Zeros::TrailingKept || a.integer_digits() == b.integer_digits());
 }
 
-/// [program] states this unit, or none.
-bool may_be_in(const PartialFormat& setting, LengthUnit unit) {
-  return setting.unit.value_or(unit) == unit;
-}
-
-/// Takes the parts of another source that `format` leaves open; digits of another unit stay out.
+/// Takes the parts of another source that `format` leaves open; digits of another unit stay out,
+/// and those without a unit are millimetres'.
 void fill_from(const PartialFormat& other, PartialFormat& format) {
+  const LengthUnit unit_of_digits = other.unit.value_or(LengthUnit::Millimeter);
   const bool takes_digits =
-      !format.digits && (!format.unit || !other.unit || *format.unit == *other.unit);
+      !format.digits && format.unit.value_or(unit_of_digits) == unit_of_digits;
   const bool takes_more = (!format.unit && other.unit) || (!format.zeros && other.zeros);
   if (takes_digits) format.digits = other.digits;
   if (!format.unit) format.unit = other.unit;
@@ -53,7 +50,7 @@ PartialFormat stated_numbers(const FormatMark& mark, const ReadOptions& reading)
   }
   // The digits of a unit that --format alone names are those of the control in that unit.
   if (is_overridden(mark, stated) && !stated.digits && last.digits &&
-      may_be_in(last, LengthUnit::Inch)) {
+      last.unit == LengthUnit::Inch) {
     stated.digits = last.digits;
     stated.from += " and " + last.from;
   }
@@ -82,7 +79,7 @@ std::optional<OpenPart> open_part(const FormatMark& mark,
   const PartialFormat& last = reading.last_format;
   const bool has_two_zeros = is_overridden(mark, reading.forced_format) &&
                              !reading.forced_format.zeros && last.zeros == Zeros::LeadingKept &&
-                             may_be_in(last, LengthUnit::Inch);
+                             last.unit != LengthUnit::Millimeter;
   if (!has_two_zeros) return std::nullopt;
   return OpenPart{
       quoted(text) + " keeps trailing zeros, in millimetres; " + last.from + " leading ones",

@@ -119,11 +119,11 @@ TEST(FormatChoice, TheDigitsOfAnOptionInInchAreThoseOfAControlInInch) {
   EXPECT_EQ(choice.evidence, "--format inch and [program]");
   EXPECT_EQ(choose("%%5000", "inch", "metric,4.2").summary,
             "format 5000 in inch, 0.0001 inch without a decimal point");
-  // "digits, without units in either unit" (docs/formats/machine_toml.md)
+  // Digits without units are millimetres' (docs/formats/machine_toml.md).
   EXPECT_EQ(choose("%%5000", "inch", "2.3").summary,
-            "format 5000 in inch, 0.001 inch without a decimal point");
+            "format 5000 in inch, 0.0001 inch without a decimal point");
   EXPECT_THAT(choose("%%1000", "inch", "2.3").diagnostics,
-              ElementsAre(Reports("p.ss:2:1: warning[format-overridden]", "0.001 inch")));
+              ElementsAre(Reports("p.ss:2:1: error[format-ambiguous]", "0.001 inch")));
 }
 
 /// %%5000 keeps trailing zeros, but in millimetres; the control leading ones, but for programs that
