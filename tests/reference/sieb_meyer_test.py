@@ -95,7 +95,7 @@ class Programs(unittest.TestCase):
                 self.fail(f"seed {seed}: {problem}\n{setting}\n{program}{subprograms}")
         print(f"{OPTIONS.programs} programs in other numbers, 0 refused: {dict(compared)}")
         if OPTIONS.programs >= 300:
-            self.assertGreaterEqual(min(used.values()), 10, used)
+            self.assertGreaterEqual(min(used.values()), OPTIONS.programs / 60, used)
 
     def test_written_programs_say_what_the_json_lines_say(self):
         """panelcal's own .s5 output, read by the second reading."""

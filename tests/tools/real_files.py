@@ -120,7 +120,7 @@ COMMANDS = {
 NO_OUTPUTS = {
     "--against", "--area", "--at", "--by", "--camera", "--clock", "--explain", "--form", "--format", "--grid",
     "--images", "--kind", "--ledger", "--log-level", "--machine", "--machine-driver",
-    "--measurements", "--model", "--parameter", "--plate", "--probes", "--program", "--range",
+    "--measurements", "--model", "--parameter", "--plate", "--probes", "--program", "--program-format", "--range",
     "--reason", "--seed", "--since", "--slots", "--subject", "--surface", "--to", "--truth",
     "--unit", "--voids-of", "--zero", "--zone", "--zones"}
 OUTPUTS = {"--json", "--linuxcnc", "--output", "--overlay", "--plot", "--report",

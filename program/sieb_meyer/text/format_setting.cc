@@ -63,10 +63,10 @@ struct OpenPart {
 };
 
 /// What is left open of the numbers, so that they cannot be read.
-std::optional<OpenPart> open_part(const FormatMark& mark,
-                                  std::string_view text,
-                                  const ProgramFormat& format,
-                                  const ReadOptions& reading) {
+std::optional<OpenPart> find_open_part(const FormatMark& mark,
+                                       std::string_view text,
+                                       const ProgramFormat& format,
+                                       const ReadOptions& reading) {
   if (mark.file == FileFormat::F1000 && format.unit == LengthUnit::Inch && !format.digits) {
     return OpenPart{"steps of " + quoted(text) + " are 0.001 inch or 0.0001 inch",
                     "digits, such as --format inch,2.3"};
@@ -136,7 +136,7 @@ FormatChoice choose_format(const FormatMark& mark,
   FormatChoice choice{.format = format_from(stated, mark.file), .evidence = stated.from};
   ProgramFormat& format = choice.format;
   format.inch_rates = reading.inch_rates;
-  if (auto open = open_part(mark, text, format, reading)) {
+  if (auto open = find_open_part(mark, text, format, reading)) {
     report(Code::FormatAmbiguous, std::move(open->what), std::move(open->expected));
     return {.format = mark.file};
   }

@@ -212,9 +212,12 @@ TEST(FormatChoice, SpecialFormatsNeedAUnitZerosAndDigits) {
   EXPECT_EQ(choice.summary, "format 5000 in inch, 0.0001 inch without a decimal point");
   EXPECT_EQ(choice.evidence, "[program]");
   EXPECT_THAT(choice.diagnostics, IsEmpty());
-  choice = choose("%%3002", "inch", "tz,2.4");
+  choice = choose("%%3002", "inch", "inch,tz,2.4");
   EXPECT_EQ(choice.summary, "format 3000 in inch, 0.0001 inch without a decimal point");
   EXPECT_EQ(choice.evidence, "--format inch and [program]");
+  EXPECT_THAT(choose("%%3002", "inch", "tz,2.4").diagnostics,
+              ElementsAre(Reports("p.ss:2:1: error[command-format]", "\"%%3002\"")))
+      << "2.4 of millimetres";
   EXPECT_THAT(choose("%%1003", "metric,lz,3.2").diagnostics, IsEmpty());
 }
 
