@@ -207,10 +207,13 @@ class Numbers(unittest.TestCase):
         self.assertAlmostEqual(read("%%5001\n" + text, inch).diameters_mm[1], 1.016)
         leading = Setting("inch", "LZ", (2, 4))
         self.assertEqual(places(interpret("%%\nX01Y0025T1\n", "", leading), "hole"), [(25.4, 6.35)])
+        part = Setting(None, "LZ", (3, 3))
+        self.assertEqual(places(interpret("%%\nX1000Y250T1\n", "", part), "hole"), [(10, 2.5)])
 
     def test_what_no_setting_states_is_refused(self):
         inch, leading = Setting("inch", rules=True), Setting("inch", "LZ", (2, 4), rules=True)
         for text, setting in (("%%5001\nX1.Y1.T1", None), ("%%5001\nX1.Y1.T1", Setting("inch", "TZ")), ("%%\nX1Y1T1", inch),
+                              ("%%\nX1Y1T1", Setting("inch", "TZ")),
                               ("%%5000\nX1.Y1.T1\n$\nT1D80\n$", inch), ("%%3000\nX1.Y1.T1Z20", inch),
                               ("%%5000\nX1.Y1.T1\n$\nT1F2.\n$", inch), ("%%5000\nX1.Y1.T1Z01", leading)):
             with self.assertRaises(Refusal, msg=text):

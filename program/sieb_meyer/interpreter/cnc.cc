@@ -119,7 +119,17 @@ bool Interpreter::states_own_format(const CncCommand& command) const {
          command.argument == layout_.setting;
 }
 
+/// The manual's examples have points, and no table has a step: in table B's numbers a length
+/// without one is in mm. Elsewhere it may as well count the steps of coordinates.
 void Interpreter::obey(const Block& block, const CncCommand& command) {
+  if (!format_.is_described() && states_lengths(command) && has_bare_number(command.argument)) {
+    return reporter_.report(
+        Code::FormatAmbiguous,
+        block.line,
+        block.argument_column,
+        quoted(block.argument),
+        "a decimal point: nothing states the step of M49's lengths without one");
+  }
   if (obey_placement(block, command) || obey_surface(block, command)) return;
   const std::string_view argument = command.argument;
   switch (command.info->code) {

@@ -54,17 +54,23 @@ std::optional<SourceText> read_subprogram(const std::string& name,
   return std::nullopt;
 }
 
+struct CalledName {
+  std::string_view name;
+  std::size_t offset = 0;  ///< of its M99
+};
+
 /// The names behind M99, in order of appearance.
-std::vector<std::string> called_names(std::string_view bytes) {
+std::vector<CalledName> called_names(std::string_view bytes) {
   constexpr std::string_view kCall = "M99";
-  std::vector<std::string> names;
+  std::vector<CalledName> names;
   for (auto at = bytes.find(kCall); at != std::string_view::npos; at = bytes.find(kCall, at)) {
+    const std::size_t offset = at;
     at += kCall.size();
     std::string_view rest = bytes.substr(at, bytes.find_first_of("\r\n", at) - at);
     rest = trimmed(rest);
     if (rest.empty() || rest.front() != ',') continue;
     const std::string_view name = trimmed(rest.substr(1));
-    if (is_subprogram_name(name)) names.emplace_back(name);
+    if (is_subprogram_name(name)) names.push_back({name, offset});
   }
   return names;
 }
@@ -98,6 +104,12 @@ std::optional<SubprogramText> find_subprogram(std::string_view bytes, std::strin
   return found;
 }
 
+std::optional<std::size_t> find_call(std::string_view bytes, std::string_view name) {
+  const std::vector<CalledName> calls = called_names(bytes);
+  const auto found = std::ranges::find(calls, name, &CalledName::name);
+  return found == calls.end() ? std::nullopt : std::optional(found->offset);
+}
+
 bool is_cut_off(std::string_view bytes, const SubprogramText& body) {
   return body.end == bytes.size() && !ends_in_line_end(bytes);
 }
@@ -106,7 +118,8 @@ std::map<std::string, SourceText, std::less<>> read_subprograms(
     std::string_view program, const std::vector<std::filesystem::path>& folders) {
   constexpr std::size_t kMostSubprograms = 1000;
   std::map<std::string, SourceText, std::less<>> found;
-  std::vector<std::string> wanted = called_names(program);
+  std::vector<std::string> wanted;
+  for (const CalledName& called : called_names(program)) wanted.emplace_back(called.name);
   std::set<std::string> tried;
   for (std::size_t i = 0; i < wanted.size() && found.size() < kMostSubprograms; ++i) {
     if (!tried.insert(wanted[i]).second) continue;
@@ -115,7 +128,7 @@ std::map<std::string, SourceText, std::less<>> read_subprograms(
     const auto body = find_subprogram(text->bytes, wanted[i]);
     const std::string_view lines =
         std::string_view(text->bytes).substr(body->begin.offset, body->end - body->begin.offset);
-    for (std::string& name : called_names(lines)) wanted.push_back(std::move(name));
+    for (const CalledName& called : called_names(lines)) wanted.emplace_back(called.name);
     found.emplace(wanted[i], *std::move(text));
   }
   return found;

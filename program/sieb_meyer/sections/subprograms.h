@@ -23,6 +23,9 @@ struct SubprogramText {
 };
 std::optional<SubprogramText> find_subprogram(std::string_view bytes, std::string_view name);
 
+/// The offset of the first call of a subprogram: of the `M99` that its name follows.
+std::optional<std::size_t> find_call(std::string_view bytes, std::string_view name);
+
 /// The subprogram is the last one of its file, which ends in the middle of a line: the file has no
 /// mark at its end, so that only its last line can show that it is cut off.
 bool is_cut_off(std::string_view bytes, const SubprogramText& body);

@@ -2,9 +2,11 @@
 #include "program/sieb_meyer/text/cnc_commands.h"
 
 #include <charconv>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
+#include "program/text/number_format.h"
 #include <fmt/format.h>
 
 namespace panelcal::sieb_meyer {
@@ -29,6 +31,8 @@ bool ends_name(std::string_view rest, Treatment treatment) {
 enum class CncNumbers : std::uint8_t {
   NoLengths,  ///< modes, counts, tools, times
   Length,     ///< one, at the end
+  Tolerance,  ///< the same: the most that is allowed
+  Place,      ///< one or two, behind X and Y
   Undescribed,
 };
 
@@ -37,12 +41,16 @@ CncNumbers numbers_of(const CncCommand& command) {
     case CncCode::NibbleRoughness:
     case CncCode::ReferenceBottom:
     case CncCode::ReferenceTop:
-    case CncCode::ToleranceBottom:
-    case CncCode::ToleranceTop:
-    case CncCode::ToleranceMap:
     case CncCode::DetectBottom:
     case CncCode::DetectTop:
       return CncNumbers::Length;
+    case CncCode::ToleranceBottom:
+    case CncCode::ToleranceTop:
+    case CncCode::ToleranceMap:
+      return CncNumbers::Tolerance;
+    case CncCode::ProgramZero:
+    case CncCode::ScaleCenter:
+      return CncNumbers::Place;
     case CncCode::CheckHoles:  // places, but for a list of tools
       return command.argument.find_first_not_of("T0123456789") == std::string_view::npos
                  ? CncNumbers::NoLengths
@@ -65,6 +73,13 @@ CncNumbers numbers_of(const CncCommand& command) {
     default:
       return CncNumbers::Undescribed;
   }
+}
+
+/// The double of a product of decimals may lie a hair below the decimal that is meant.
+double rounded_down(double value, int n_decimals) {
+  constexpr double kHair = 1e-6;  // of a step
+  const double steps = std::pow(10, n_decimals);
+  return std::floor(value * steps + kHair) / steps;
 }
 
 }  // namespace
@@ -98,16 +113,24 @@ std::optional<CncCommand> find_cnc_command(std::string_view text) {
   return CncCommand{best, argument};
 }
 
+bool states_lengths(const CncCommand& command) {
+  const CncNumbers numbers = numbers_of(command);
+  return numbers != CncNumbers::NoLengths && numbers != CncNumbers::Undescribed;
+}
+
 std::optional<std::string> command_in_mm(std::string_view text, Length unit, int n_decimals) {
   const auto command = find_cnc_command(text);
   const bool has_number = text.find_first_of("0123456789") != std::string_view::npos;
   const CncNumbers numbers = command ? numbers_of(*command) : CncNumbers::Undescribed;
   if (!has_number || numbers == CncNumbers::NoLengths) return std::string(text);
-  if (numbers == CncNumbers::Undescribed) return std::nullopt;
+  const bool is_tolerance = numbers == CncNumbers::Tolerance;
+  if (!is_tolerance && numbers != CncNumbers::Length) return std::nullopt;
   const std::size_t begin = text.find_first_of("+-.0123456789", command->info->name.size());
   const auto value = read_plain_number(text.substr(begin));
-  if (!value) return std::nullopt;
-  std::string number = fmt::format("{:.{}f}", *value * unit.in_mm(), n_decimals);
+  if (!value || is_bare(text.substr(begin))) return std::nullopt;
+  const double value_mm = *value * unit.in_mm();
+  std::string number = fmt::format(
+      "{:.{}f}", is_tolerance ? rounded_down(value_mm, n_decimals) : value_mm, n_decimals);
   const bool is_zero = number.find_first_of("123456789") == std::string::npos;
   if (is_zero && *value != 0) return std::nullopt;
   number.erase(number.find_last_not_of('0') + 1);

@@ -41,6 +41,9 @@ struct CncCommand {
 /// or the name is a longer one's beginning only.
 std::optional<CncCommand> find_cnc_command(std::string_view text);
 
+/// The numbers behind the name are lengths, as far as the manual describes them.
+bool states_lengths(const CncCommand& command);
+
 /// `X3.Y100.`: numbers behind X and Y, in the unit they are written in; absent if there is anything
 /// else. A letter without a number is zero.
 std::optional<std::array<std::optional<double>, 2>> read_xy(std::string_view argument);
@@ -48,8 +51,9 @@ std::optional<std::array<std::optional<double>, 2>> read_xy(std::string_view arg
 std::optional<double> read_plain_number(std::string_view text);
 
 /// A command of a program in another unit, for one in millimetres: its length converted and
-/// rounded, with a decimal point; what has no length is as it was. Absent for numbers whose meaning
-/// the manual does not describe, and for a length that rounds to zero.
+/// rounded, a tolerance down, with a decimal point; what has no length is as it was. Absent for
+/// numbers whose meaning the manual does not describe, a length without a point among them, and for
+/// a length that rounds to zero.
 std::optional<std::string> command_in_mm(std::string_view text, Length unit, int n_decimals);
 
 }  // namespace panelcal::sieb_meyer

@@ -286,7 +286,7 @@ FileLayout read_layout(const SourceText& source, DiagnosticLog& log, const ReadO
       layout.numbers = choice.format;
       layout.setting = stated->setting;
       layout.format_evidence = choice.evidence;
-      layout.leaves_subprograms = choice.leaves_subprograms;
+      layout.subprograms = choice.subprograms;
     } else {
       reporter.report(
           Code::CommandFormat, line.number, line.column, quoted(mark), "%%, %%3000 or %%5000");

@@ -32,13 +32,13 @@ inline constexpr NumberFormat kInchFormat = {.unit = LengthUnit::Inch,
 /// A file as its marks divide it: comments, %% and the format, program lines, $ and the tool table.
 struct FileLayout : ProgramHead {
   FileFormat format = FileFormat::F5000;
-  ProgramFormat numbers;            ///< of that format, but for what the control's setting changes
-  std::string setting;              ///< the digits behind %%, as FP has them too; may be empty
-  std::string format_evidence;      ///< its source beside the %%, for people; empty: none
-  bool leaves_subprograms = false;  ///< in the numbers of %% or of the control
-  int head_line = 0;                ///< of the %%
-  LinePlace body;                   ///< behind the %%
-  std::size_t body_end = 0;         ///< place of the $, or the end of the text
+  ProgramFormat numbers;        ///< of that format, but for what the control's setting changes
+  std::string setting;          ///< the digits behind %%, as FP has them too; may be empty
+  std::string format_evidence;  ///< its source beside the %%, for people; empty: none
+  SubprogramNumbers subprograms = SubprogramNumbers::OfProgram;
+  int head_line = 0;         ///< of the %%
+  LinePlace body;            ///< behind the %%
+  std::size_t body_end = 0;  ///< place of the $, or the end of the text
   /// Tools of format 1000 with six empty values: zero, if the program takes them.
   std::map<int, Tool> empty_tools;
 

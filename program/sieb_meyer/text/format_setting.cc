@@ -40,12 +40,16 @@ bool is_overridden(const FormatMark& mark, const PartialFormat& forced) {
   return !mark.setting.empty() && !mark.is_special && forced.unit == LengthUnit::Inch;
 }
 
+bool is_whole(const PartialFormat& format) {
+  return format.unit && format.zeros && format.digits;
+}
+
 /// The parts that count, of --format and the control's setting.
 PartialFormat stated_numbers(const FormatMark& mark, const ReadOptions& reading) {
   PartialFormat stated = reading.forced_format;
   const PartialFormat& last = reading.last_format;
   if (mark.setting.empty() || mark.is_special) {
-    fill_from(last, stated);
+    if (mark.is_special || is_whole(last)) fill_from(last, stated);
     return stated;
   }
   // The digits of a unit that --format alone names are those of the control in that unit.
@@ -77,6 +81,11 @@ std::optional<OpenPart> find_open_part(const FormatMark& mark,
                     "digits as well, such as --format lz,3.3"};
   }
   const PartialFormat& last = reading.last_format;
+  if (mark.setting.empty() && !reading.forced_format.unit && last.unit == LengthUnit::Inch &&
+      !is_whole(last)) {
+    return OpenPart{quoted(text) + " is in millimetres, or in the inch of " + last.from,
+                    "zeros and digits there as well, or %%1000, or --format"};
+  }
   const bool has_two_zeros = is_overridden(mark, reading.forced_format) &&
                              !reading.forced_format.zeros && last.zeros == Zeros::LeadingKept &&
                              last.unit != LengthUnit::Millimeter;
@@ -84,6 +93,46 @@ std::optional<OpenPart> find_open_part(const FormatMark& mark,
   return OpenPart{
       quoted(text) + " keeps trailing zeros, in millimetres; " + last.from + " leading ones",
       "zeros as well, such as --format inch,tz"};
+}
+
+/// The numbers of programs that state nothing, on this control.
+ProgramFormat format_of_control(const ReadOptions& reading, FileFormat file) {
+  PartialFormat stated = reading.forced_format;
+  fill_from(reading.last_format, stated);
+  return format_from(stated, file);
+}
+
+/// %% alone and special formats are in the control's numbers, as subprograms are.
+SubprogramNumbers numbers_of_subprograms(const FormatMark& mark,
+                                         const ProgramFormat& program,
+                                         const ProgramFormat& control) {
+  if (mark.setting.empty() || mark.is_special || mean_the_same(program, control)) {
+    return SubprogramNumbers::OfProgram;
+  }
+  return program.unit == control.unit ? SubprogramNumbers::OpenWithoutPoint
+                                      : SubprogramNumbers::Open;
+}
+
+/// Warns where %% alone is not format 1000, or a setting that is not whole would be something else.
+void warn_of_default(std::string_view text,
+                     const FormatChoice& choice,
+                     const ReadOptions& reading,
+                     const auto& report) {
+  const ProgramFormat& format = choice.format;
+  const bool counts = !mean_the_same(format, format_from(reading.forced_format, format.file));
+  if (counts) {
+    return report(Code::FormatAssumed,
+                  quoted(text) + " is read as " + summary(format) + ": " + choice.evidence,
+                  "%%1000, if it is in the manual's format 1000, or --format");
+  }
+  if (is_whole(reading.last_format) ||
+      mean_the_same(format, format_of_control(reading, format.file))) {
+    return;
+  }
+  report(Code::FormatAssumed,
+         quoted(text) + " is read as " + summary(format) + ", though " + reading.last_format.from +
+             " has a part of another format",
+         "%%1000, or units, zeros and digits there, or --format");
 }
 
 }  // namespace
@@ -126,7 +175,7 @@ FormatChoice choose_format(const FormatMark& mark,
   };
   const PartialFormat& forced = reading.forced_format;
   const PartialFormat stated = stated_numbers(mark, reading);
-  if (mark.is_special && !(stated.unit && stated.zeros && stated.digits)) {
+  if (mark.is_special && !is_whole(stated)) {
     report(Code::CommandFormat,
            quoted(text),
            "--format with a unit, zeros and digits, or units, zeros and digits of [program]: the "
@@ -140,16 +189,10 @@ FormatChoice choose_format(const FormatMark& mark,
     report(Code::FormatAmbiguous, std::move(open->what), std::move(open->expected));
     return {.format = mark.file};
   }
-  PartialFormat of_control = forced;
-  fill_from(reading.last_format, of_control);
-  choice.leaves_subprograms = !mean_the_same(format, format_from(of_control, mark.file));
+  choice.subprograms = numbers_of_subprograms(mark, format, format_of_control(reading, mark.file));
   if (mark.is_special) return choice;
   if (mark.setting.empty()) {
-    if (!mean_the_same(format, format_from(forced, mark.file))) {
-      report(Code::FormatAssumed,
-             quoted(text) + " is read as " + summary(format) + ": " + stated.from,
-             "%%1000, if it is in the manual's format 1000, or --format");
-    }
+    warn_of_default(text, choice, reading, report);
   } else if (!format.is_described()) {
     report(Code::FormatOverridden,
            quoted(text) + " is read as " + summary(format) + ": " + choice.evidence,

@@ -56,6 +56,13 @@ struct ProgramFormat {
 /// "format 5000, 0.001 mm without a decimal point", "format 5000 in inch, 0.0001 inch without ...".
 std::string summary(const ProgramFormat& format);
 
+/// The readings of subprograms, which have no %% of their own, under program and control.
+enum class SubprogramNumbers : std::uint8_t {
+  OfProgram,         ///< one reading
+  OpenWithoutPoint,  ///< the same unit, but other digits or zeros
+  Open,
+};
+
 /// The quantity of a number; the unit of its value.
 enum class Quantity : std::uint8_t {
   Coordinate,    ///< X Y, mm

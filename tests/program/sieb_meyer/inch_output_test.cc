@@ -4,6 +4,7 @@
 #include <string_view>
 #include <vector>
 
+#include "program/sieb_meyer/text/cnc_commands.h"
 #include "program/walk/walk.h"
 #include "program/writers/excellon/writer.h"
 #include "program/writers/sieb_meyer/writer.h"
@@ -66,7 +67,7 @@ TEST(SiebMeyerInchOutput, IsInMillimetresAndStatesIt) {
   EXPECT_THAT(output.text,
               AllOf(HasSubstr("%%5000\n"),
                     HasSubstr("\nM49,MAPT1.016\n"),
-                    HasSubstr("\nM49,BOTT,R0.051\n"),
+                    HasSubstr("\nM49,BOTT,R0.05\n"),
                     HasSubstr("\nM49,BOTL5\n"),
                     HasSubstr("\nH12.700\n"),
                     HasSubstr("\nX25.4Y50.8T1Z2.54\n"),
@@ -102,6 +103,22 @@ TEST(SiebMeyerInchOutput, RefusesNumbersThatItCannotBringToMillimetres) {
   const Output without = written<SiebMeyerWriter>("%%5001\nM49,CHEKT1T2\nX1.Y2.T1\n" + kTable);
   EXPECT_FALSE(without.is_refused) << testing::PrintToString(without.losses);
   EXPECT_THAT(without.text, HasSubstr("\nM49,CHEKT1T2\n"));
+}
+
+/// Of all that is obeyed, and of every form that is accepted: what is passed on can be written.
+TEST(SiebMeyerInchOutput, HasEveryCommandThatIsObeyed) {
+  int n_accepted = 0;
+  for (const sieb_meyer::CncInfo& row : sieb_meyer::cnc_table()) {
+    if (row.treatment != sieb_meyer::Treatment::Obeyed) continue;
+    for (const char* const argument : {"", "1", ".03", ",R.03", "X1.Y1.", ",A"}) {
+      const std::string command = "M49," + std::string(row.name) + argument;
+      const std::string text = "%%5001\n" + command + "\nX1.Y2.T1\n" + kTable;
+      if (run_program(text, {}, control("inch,tz,2.4")).has_errors) continue;
+      ++n_accepted;
+      EXPECT_THAT(written<SiebMeyerWriter>(text).losses, IsEmpty()) << command;
+    }
+  }
+  EXPECT_GE(n_accepted, 30);
 }
 
 }  // namespace

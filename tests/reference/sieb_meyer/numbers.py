@@ -64,6 +64,11 @@ class Format(int):
             return format_
         if special and None in (setting.units, setting.zeros, setting.digits):
             raise Unread(f'the numbers of "{mark}" need units, zeros and digits')
+        if not digits and not setting.rules and None in (setting.units, setting.zeros, setting.digits):
+            # A part may be there for programs in the other language: the manual's format, unless the control is in inch.
+            if setting.units == "inch":
+                raise Unread(f'"{mark}" is in millimetres or in inch')
+            return format_
         format_.inch = setting.units == "inch"
         format_.leading = setting.zeros == "LZ"
         format_.rates = setting.rates

@@ -188,9 +188,10 @@ std::string sieb_meyer_page() {
       "lost (`written_form_test`).\n\n"
       "The digits behind %% state the number format: 1000, 3000 and 5000 are in millimetres. `%%` "
       "alone leaves the numbers to the control's setting (FP; `[program]` units, zeros and digits "
-      "of machine.toml), and so do the formats xx01 to xx10, which have to have a unit, zeros and "
-      "digits there or in `--format`. `--format inch,tz,2.4` rules over all. In inch every length "
-      "is in inch, and `[program] rates` states the unit of F and R (`inch_test`).\n\n"
+      "of machine.toml, if all three are there), and so do the formats xx01 to xx10, which have to "
+      "have a unit, zeros and digits there or in `--format`. `--format inch,tz,2.4` rules over "
+      "all. In inch every length is in inch, those of M49 have a point, and `[program] rates` "
+      "states the unit of F and R (`inch_test`).\n\n"
       "## Program lines\n\n"
       "| command | class | what it does | formats | manual section | test |\n"
       "| --- | --- | --- | --- | --- | --- |\n";

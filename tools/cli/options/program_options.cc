@@ -31,7 +31,7 @@ void add_reading(CLI::App* command,
       command
           ->add_option_function<std::string>(format_option,
                                              take,
-                                             "Number format of an Excellon program, whatever it "
+                                             "Number format of the program, whatever it "
                                              "states: inch or metric, zeros that are "
                                              "kept (lz, tz), digits; such as inch,tz,2.4")
           ->check(CLI::Validator(check, "UNIT,ZEROS,DIGITS"));

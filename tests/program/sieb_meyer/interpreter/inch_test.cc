@@ -426,33 +426,30 @@ TEST(SiebMeyerInch, RefusesLeadingZerosOfRadiiAndPlanes) {
   }
 }
 
-// --- subprograms in other numbers ----------------------------------------------------------------
-
-/// "Subprograms are loaded": the %% stands in the program alone, and the control is set to inch.
-TEST(SiebMeyerInch, RefusesSubprogramsThatMayBeInTheNumbersOfTheControl) {
-  SubprogramFolder folder;
-  folder.with("S.SS5", "@HOLES\nX1.Y1.\n");
-  ReadOptions reading = folder.reading();
-  reading.last_format = *parse_format("inch,tz,2.4");
-  const std::string body = "X5.Y5.T1\n(A) \nX2.Y1.M99,HOLES\n";
-  EXPECT_THAT(in_mm(body, reading).diagnostics, Contains("p.exc:4:7: error[format-ambiguous]"));
-  EXPECT_FALSE(in_mm("X5.Y5.T1\n", reading).has_errors);
-  reading.forced_format = *parse_format("metric,tz,3.3");
-  expect_places(hole_places(in_mm(body, reading)), {{5, 5}, {3, 2}});
-}
-
-TEST(SiebMeyerInch, RefusesSubprogramsThatStateOtherNumbers) {
-  SubprogramFolder folder;
-  folder.with("S.SS5", "COMMENT\n%%5001\n@HOLES\nX1.Y1.\n");
-  const ProgramRun other = in_mm("X5.Y5.T1\nX2.Y1.M99,HOLES\n", folder.reading());
-  EXPECT_THAT(other.texts,
-              Contains(testing::AllOf(HasSubstr("S.SS5:2:1: error[command-format]"),
-                                      HasSubstr("\"%%5001\""))));
-  SubprogramFolder same;
-  same.with("S.SS5", "%%5000\n@HOLES\nX1.Y1.\n");
-  ReadOptions reading = same.reading();
-  reading.last_format = *parse_format("inch,tz,2.4");
-  expect_places(hole_places(in_mm("X5.Y5.T1\nX2.Y1.M99,HOLES\n", reading)), {{5, 5}, {3, 2}});
+/// The manual's examples have points; no table has a step of M49's lengths.
+TEST(SiebMeyerInch, RefusesLengthsOfCncCommandsWithoutAPoint) {
+  for (const char* const command : {"M49,MAPT400",
+                                    "M49,TOPT,R20",
+                                    "M49,BOTK200",
+                                    "M49,BOTR1",
+                                    "M49,NIB1",
+                                    "M49,FAX10000Y20000",
+                                    "M49,FAX1.Y2",
+                                    "M49,SAZX1Y0"}) {
+    const std::string body = std::string(command) + "\nX1.Y1.T1\n";
+    EXPECT_THAT(in_inch(body).diagnostics, Contains("p.exc:2:5: error[format-ambiguous]"))
+        << command;
+    // In table B's numbers they are in mm, whatever the control is set to.
+    ReadOptions reading;
+    reading.last_format = *parse_format("inch,tz,2.4");
+    EXPECT_FALSE(in_mm(body, reading).has_errors) << command;
+    reading.forced_format = *parse_format("metric,lz,4.2");
+    EXPECT_THAT(in_mm(body, reading).diagnostics, Contains("p.exc:2:5: error[format-ambiguous]"))
+        << command;
+  }
+  for (const char* const command : {"M49,FAX0Y0", "M49,BOTR0", "M49,SAX100Y50", "M49,RA30"}) {
+    EXPECT_FALSE(in_inch(std::string(command) + "\nX1.Y1.T1M93\n").has_errors) << command;
+  }
 }
 
 // --- FP ------------------------------------------------------------------------------------------

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 namespace panelcal::sieb_meyer {
@@ -173,14 +174,50 @@ std::string in_mm(std::string_view text, int n_decimals = 3) {
 
 TEST(CommandInMm, ConvertsTheLengthOfACommand) {
   EXPECT_EQ(in_mm("MAPT.04"), "MAPT1.016");
-  EXPECT_EQ(in_mm("BOTT,R.002"), "BOTT,R0.051");
+  EXPECT_EQ(in_mm("BOTR.002"), "BOTR0.051");
   EXPECT_EQ(in_mm("BOTR0.06"), "BOTR1.524");
-  EXPECT_EQ(in_mm("TOPR-1"), "TOPR-25.4");
+  EXPECT_EQ(in_mm("TOPR-1."), "TOPR-25.4");
   EXPECT_EQ(in_mm("BOTK,.1"), "BOTK,2.54");
   EXPECT_EQ(in_mm("NIB.0005"), "NIB0.013");
   EXPECT_EQ(in_mm("NIB.0005", 6), "NIB0.0127");
-  EXPECT_EQ(in_mm("TOPK10"), "TOPK254.");
+  EXPECT_EQ(in_mm("TOPK10."), "TOPK254.");
   EXPECT_EQ(in_mm("BOTR0"), "BOTR0.");
+}
+
+/// 0.002 inch is 0.0508 mm: 0.051 would allow more.
+TEST(CommandInMm, RoundsTolerancesDown) {
+  EXPECT_EQ(in_mm("BOTT,R.002"), "BOTT,R0.05");
+  EXPECT_EQ(in_mm("TOPT.0005"), "TOPT0.012");
+  EXPECT_EQ(in_mm("MAPT.0005", 6), "MAPT0.0127");
+  EXPECT_EQ(in_mm("MAPT.00003"), "nothing");
+  // A whole number of steps stays one, whatever its double is.
+  for (int n = 1; n <= 1000; ++n) {
+    const std::string inch = fmt::format("{}.{:03}", n / 200, n % 200 * 5);
+    const auto mm = in_mm("MAPT" + inch);
+    EXPECT_EQ(mm.substr(4), [&] {
+      std::string exact = fmt::format("{}.{:03}", n * 127 / 1000, n * 127 % 1000);
+      exact.erase(exact.find_last_not_of('0') + 1);
+      return exact;
+    }()) << inch;
+  }
+}
+
+TEST(CommandInMm, HasAStatedPlaceForEachLengthThatIsObeyed) {
+  int n_lengths = 0;
+  for (const CncInfo& row : cnc_table()) {
+    if (row.treatment != Treatment::Obeyed || !row.effect.ends_with(", mm")) continue;
+    ++n_lengths;
+    const std::string name(row.name);
+    EXPECT_EQ(in_mm(name + "1."), name + "25.4");
+    EXPECT_EQ(in_mm(name + "1"), "nothing");
+    EXPECT_TRUE(states_lengths(*find_cnc_command(name + "1."))) << name;
+  }
+  EXPECT_EQ(n_lengths, 8);
+  EXPECT_TRUE(states_lengths(*find_cnc_command("FAX1.Y1.")));
+  EXPECT_TRUE(states_lengths(*find_cnc_command("SAZX1.Y1.")));
+  for (const char* const text : {"SAX1.Y1.", "RA30", "FV1", "BOTL5", "QUIK5", "SPAV,A"}) {
+    EXPECT_FALSE(states_lengths(*find_cnc_command(text))) << text;
+  }
 }
 
 TEST(CommandInMm, LeavesWhatHasNoLength) {

@@ -29,7 +29,7 @@ PartialFormat stated(std::string_view text, std::string from) {
 struct Choice {
   std::string summary;
   std::string evidence;
-  bool leaves_subprograms = false;
+  SubprogramNumbers subprograms = SubprogramNumbers::OfProgram;
   std::vector<std::string> diagnostics;
 };
 
@@ -43,7 +43,7 @@ Choice choose(std::string_view mark, std::string_view option, std::string_view s
   DiagnosticLog log;
   const Reporter reporter("p.ss", log);
   const FormatChoice choice = choose_format(*known, mark, 2, 1, reading, reporter);
-  Choice out{summary(choice.format), choice.evidence, choice.leaves_subprograms, {}};
+  Choice out{summary(choice.format), choice.evidence, choice.subprograms, {}};
   for (const Diagnostic& diagnostic : log.kept()) out.diagnostics.push_back(diagnostic.text());
   return out;
 }
@@ -148,7 +148,6 @@ TEST(FormatChoice, LeadingZerosNeedDigits) {
   const auto open = ElementsAre(Reports("p.ss:2:1: error[format-ambiguous]", "unknown number"));
   EXPECT_THAT(choose("%%5000", "lz").diagnostics, open);
   EXPECT_THAT(choose("%%3000", "inch,lz").diagnostics, open);
-  EXPECT_THAT(choose("%%", "", "lz").diagnostics, open);
   EXPECT_EQ(choose("%%5000", "lz,3.3").summary,
             "format 5000, 3.3 digits from the left without a decimal point");
 }
@@ -157,17 +156,25 @@ TEST(FormatChoice, LeadingZerosNeedDigits) {
 
 /// They have no %%, and no sentence of the manual says whether that of the program holds for them.
 TEST(FormatChoice, LeavesSubprogramsOpenWhereTheControlHasOtherNumbers) {
-  for (const char* const setting : {"inch,tz,2.4", "metric,lz,3.3", "4.2"}) {
-    EXPECT_TRUE(choose("%%5000", "", setting).leaves_subprograms) << setting;
+  const auto of = [](std::string_view mark, std::string_view option, std::string_view setting) {
+    return choose(mark, option, setting).subprograms;
+  };
+  EXPECT_EQ(of("%%5000", "", "inch,tz,2.4"), SubprogramNumbers::Open);
+  EXPECT_EQ(of("%%5000", "metric", "inch,lz,2.4"), SubprogramNumbers::OpenWithoutPoint);
+  EXPECT_EQ(of("%%5000", "tz", "inch,lz,2.4"), SubprogramNumbers::Open);
+  for (const char* const setting : {"metric,lz,3.3", "4.2", "lz"}) {
+    EXPECT_EQ(of("%%5000", "", setting), SubprogramNumbers::OpenWithoutPoint) << setting;
   }
   for (const char* const setting : {"", "metric", "metric,tz,3.3", "tz,4.3"}) {
-    EXPECT_FALSE(choose("%%5000", "", setting).leaves_subprograms) << setting;
+    EXPECT_EQ(of("%%5000", "", setting), SubprogramNumbers::OfProgram) << setting;
   }
-  EXPECT_FALSE(choose("%%5000", "metric,tz,3.3", "inch,lz,2.4").leaves_subprograms);
-  EXPECT_FALSE(choose("%%5000", "inch", "inch,tz,2.4").leaves_subprograms);
-  EXPECT_FALSE(choose("%%5000", "inch", "").leaves_subprograms);
-  EXPECT_TRUE(choose("%%5000", "metric", "inch,lz,2.4").leaves_subprograms);
-  EXPECT_FALSE(choose("%%5001", "", "inch,tz,2.4").leaves_subprograms);
+  EXPECT_EQ(of("%%5000", "metric,tz,3.3", "inch,lz,2.4"), SubprogramNumbers::OfProgram);
+  EXPECT_EQ(of("%%5000", "inch", "inch,tz,2.4"), SubprogramNumbers::OfProgram);
+  EXPECT_EQ(of("%%5000", "inch", ""), SubprogramNumbers::OfProgram);
+  EXPECT_EQ(of("%%5001", "", "inch,tz,2.4"), SubprogramNumbers::OfProgram);
+  // The control's numbers are those of %%, whether the setting counts or not.
+  EXPECT_EQ(of("%%", "", "metric,tz,3.3"), SubprogramNumbers::OfProgram);
+  EXPECT_EQ(of("%%", "", "3.3"), SubprogramNumbers::OfProgram);
 }
 
 /// It has no decimal points, and its step in inch is not known.
@@ -191,8 +198,33 @@ TEST(FormatChoice, AMarkWithoutDigitsLeavesTheNumbersToTheControl) {
   EXPECT_THAT(choice.diagnostics,
               ElementsAre(Reports("p.ss:2:1: warning[format-assumed]", "[program]")));
   EXPECT_THAT(choose("%%", "", "metric,tz,3.2").diagnostics, IsEmpty());
-  EXPECT_THAT(choose("%%", "", "inch").diagnostics,
-              ElementsAre(Reports("p.ss:2:1: error[format-ambiguous]", "\"%%\"")));
+}
+
+/// Digits that are stated for programs in the other language are no setting of this control: 3.3
+/// would make 1 mm of the manual's X1000 = 10.0 mm (A.5).
+TEST(FormatChoice, APartOfASettingDoesNotCountForAMarkWithoutDigits) {
+  const auto warned = ElementsAre(Reports("p.ss:2:1: warning[format-assumed]", "[program]"));
+  for (const char* const setting : {"3.3", "metric,3.3", "lz", "metric,lz", "lz,3.3", "tz,4.4"}) {
+    const Choice choice = choose("%%", "", setting);
+    EXPECT_EQ(choice.summary, "format 1000, 0.01 mm, no decimal points") << setting;
+    EXPECT_EQ(choice.evidence, "") << setting;
+    EXPECT_THAT(choice.diagnostics, warned) << setting;
+  }
+  for (const char* const setting : {"metric", "tz", "metric,tz", "4.2"}) {
+    EXPECT_THAT(choose("%%", "", setting).diagnostics, IsEmpty()) << setting;
+  }
+  EXPECT_EQ(choose("%%", "3.3", "lz").summary, "format 1000, 0.001 mm, no decimal points");
+}
+
+/// A control that is set to inch has no program in millimetres but those that say so.
+TEST(FormatChoice, AMarkWithoutDigitsIsOpenOnAControlInInchWithoutZerosOrDigits) {
+  const auto open = ElementsAre(Reports("p.ss:2:1: error[format-ambiguous]", "[program]"));
+  for (const char* const setting : {"inch", "inch,2.3", "inch,tz"}) {
+    EXPECT_THAT(choose("%%", "", setting).diagnostics, open) << setting;
+    EXPECT_EQ(choose("%%", "metric", setting).summary, "format 1000, 0.01 mm, no decimal points");
+    EXPECT_THAT(choose("%%1000", "", setting).diagnostics,
+                ElementsAre(Reports("p.ss:2:1: warning[format-overridden]", "[program]")));
+  }
 }
 
 TEST(FormatChoice, TheOptionRulesOverTheControl) {
