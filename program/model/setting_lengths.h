@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
+#include <string>
 #include <string_view>
 
 #include "program/text/number_format.h"
+#include <fmt/format.h>
 
 namespace panelcal {
 
@@ -40,6 +43,35 @@ inline std::string_view lengths_of(std::string_view setting) {
 /// One whose value depends on the zeros and digits that the program states as well.
 inline bool has_bare_length(std::string_view setting) {
   return has_length(setting) && has_bare_number(lengths_of(setting));
+}
+
+/// The setting with a decimal point in each of its lengths, so that no digits decide on them.
+///
+/// In     format: that of its numbers
+/// Fails  absent: the format cannot read one of them
+inline std::optional<std::string> with_points(std::string_view setting,
+                                              const NumberFormat& format) {
+  constexpr std::string_view kNumber = ".0123456789";
+  std::string_view rest = lengths_of(setting);
+  std::string text(setting.substr(0, setting.size() - rest.size()));
+  while (!rest.empty()) {
+    const auto n_other = std::min(rest.find_first_of(kNumber), rest.size());
+    text += rest.substr(0, n_other);
+    rest.remove_prefix(n_other);
+    const std::string_view number = rest.substr(0, rest.find_first_not_of(kNumber));
+    rest.remove_prefix(number.size());
+    if (!is_bare(number)) {
+      text += number;
+      continue;
+    }
+    const ParsedLength parsed = parse_length(number, format);
+    if (parsed.fault != NumberFault::None) return std::nullopt;
+    // Six digits behind the point are the most of any format.
+    std::string pointed = fmt::format("{:.6f}", parsed.value / format.one_unit());
+    pointed.resize(std::max(pointed.find_last_not_of('0') + 1, pointed.find('.') + 2));
+    text += pointed;
+  }
+  return text;
 }
 
 }  // namespace panelcal

@@ -105,6 +105,10 @@ Expected<void> read_format(const TomlTable& table, PartialFormat& format) {
   PANELCAL_CHECK(read_part(
       table, "zeros", "\"LZ\" or \"TZ\": those that are kept", parse_zeros, format.zeros));
   PANELCAL_CHECK(read_part(table, "digits", "digits such as \"2.4\"", parse_digits, format.digits));
+  // Digits hold for one unit alone.
+  if (format.digits && !format.unit) {
+    return failure(table.problem("digits", "units as well, whose digits they are"));
+  }
   if (!format.is_empty()) format.from = "[program] of machine.toml";
   return {};
 }

@@ -269,11 +269,12 @@ std::optional<std::size_t> Interpreter::second_block(const Block& block) const {
 }
 
 /// A comment that states another format than the one in force: two files may have been joined.
-/// Digits that METRIC states rule over comments.
+/// Digits that METRIC states rule over comments. One that states the same counts from here on.
 void Interpreter::check_comment(const SourceLine& line) {
   using Source = StatedFormat::Source;
   const CommentFormat comment = read_comment_format(line.text);
-  const PartialFormat statement{comment.unit, comment.zeros, comment.digits, ""};
+  const PartialFormat statement{
+      comment.unit, comment.zeros, comment.digits, std::string(line.text)};
   if (statement.is_empty()) return;
   check_obeyed(stated_, statement, line.text, line.number, line.column, reporter_);
   const PartialFormat parts = stated_.obeyed(Source::Comment, statement);
@@ -283,7 +284,12 @@ void Interpreter::check_comment(const SourceLine& line) {
                                *parts.digits != std::pair(now.integer_digits, now.decimal_digits);
   const bool is_other_unit = parts.unit && *parts.unit != now.unit;
   const bool is_other_zeros = parts.zeros && *parts.zeros != now.zeros;
-  if (!is_other_unit && !is_other_zeros && !is_other_digits) return;
+  if (!is_other_unit && !is_other_zeros && !is_other_digits) {
+    if (has_motion_) return;
+    stated_.add_comment_of_body(statement);
+    plain_ = PlainReader(format());  // digits are stated now
+    return;
+  }
   reporter_.report(Code::ArgumentInvalid,
                    line.number,
                    line.column,

@@ -165,9 +165,12 @@ class FormatChooser {
   FormatChoice choose() {
     const bool is_late = header_.has_dimension && !header_.stated.knows_unit() &&
                          stated_.source_of_unit() == StatedFormat::Source::Word;
-    const Diagnostic* const trouble = trouble_beside();
+    const FormatBeside& beside = program_.reading.format_beside;
+    if (beside.steps && !states_steps()) return refuse(*beside.steps);
+    const Diagnostic* const trouble = beside.fault ? &*beside.fault : nullptr;
     const bool is_known = stated_.knows_unit() && stated_.knows_zeros() && !is_late;
-    if (is_known && (stated_.states_all() || (trouble == nullptr && !has_foreign_digits()))) {
+    if (is_known && (stated_.states_all() ||
+                     (trouble == nullptr && !has_foreign_digits() && !has_foreign_zeros()))) {
       return {};
     }
     read_texts();
@@ -184,16 +187,17 @@ class FormatChooser {
       stated_.add(StatedFormat::Source::Numbers, choice_.numbers);
     }
     if (has_foreign_digits() && bare_) warn_of_digits();
+    if (has_foreign_zeros() && bare_) warn_of_zeros();
     return choice_;
   }
 
  private:
-  /// What is wrong with a file beside the program, should it be needed; null: nothing.
-  const Diagnostic* trouble_beside() const {
-    const FormatBeside& beside = program_.reading.format_beside;
-    if (beside.fault) return &*beside.fault;
-    const bool states_steps = header_.states_incremental || program_.body.states_steps;
-    return beside.steps && !states_steps ? &*beside.steps : nullptr;
+  /// Whether coordinates are steps is stated, or the operator has left the file beside the program
+  /// out with a whole format.
+  bool states_steps() const {
+    const PartialFormat& forced = program_.reading.forced_format;
+    return header_.states_incremental || program_.body.states_steps ||
+           (forced.unit && forced.zeros && forced.digits);
   }
 
   /// True where a number has another value if the file states what the program does not.
@@ -215,6 +219,13 @@ class FormatChooser {
     usual.take_usual_digits();
     return stated_.states_unit() && stated_.knows_digits() && !stated_.states_digits() &&
            !are_scaled_alike(stated_.format(), usual);
+  }
+
+  /// The zeros are those of [program] in another unit than the program's.
+  bool has_foreign_zeros() const {
+    const std::optional<LengthUnit> unit = program_.reading.last_format.unit;
+    return stated_.source_of_zeros() == StatedFormat::Source::Setting && unit &&
+           *unit != stated_.format().unit;
   }
 
   /// The program and the patterns that it calls.
@@ -318,6 +329,26 @@ class FormatChooser {
                                  stated_.evidence_of_digits(),
                                  usual.summary()),
                      "digits behind INCH or METRIC, such as METRIC,TZ,000.000, or --format");
+  }
+
+  /// Numbers that have all digits mean the same under either zeros.
+  void warn_of_zeros() {
+    const NumberFormat& format = stated_.format();
+    NumberFormat other = format;
+    const bool is_leading = format.zeros == Zeros::LeadingKept;
+    other.zeros = is_leading ? Zeros::TrailingKept : Zeros::LeadingKept;
+    take_whole_census();
+    if (are_alike(census_, format, other)) return;
+    const PartialFormat& setting = program_.reading.last_format;
+    reporter_.report(Code::FormatAssumed,
+                     bare_->line,
+                     bare_->column,
+                     fmt::format("{} is read as {}; the zeros are those of {}, in {}",
+                                 quoted(bare_->text),
+                                 format.summary(),
+                                 setting.from,
+                                 *setting.unit == LengthUnit::Inch ? "inch" : "metric"),
+                     "LZ or TZ behind INCH or METRIC, or --format");
   }
 
   std::string text_of(const Reading& one) const {

@@ -38,7 +38,8 @@ struct FormatChoice {
 ///
 /// Out    with `numbers` the header is to be read again
 /// Fails  into the log: format-ambiguous, with the extents of two readings; what is wrong with a
-///        file beside the program that would decide; warns format-assumed, also of digits that a
+///        file beside the program that would decide; coordinates that only such a file says are
+///        steps; warns format-assumed, also of digits that a
 ///        unit takes from outside of the program
 /// Source CNC-7 manual, Leading and Trailing Zeros: which zeros a writer leaves off in each mode;
 ///        Inch vs. Metric: the digits that a control has

@@ -23,15 +23,29 @@ void HeaderFormat::read_unit(int line,
   PartialFormat parts =
       read_options(line, column + static_cast<int>(word.size()) + 1, command.value);
   parts.unit = word == "INCH" ? LengthUnit::Inch : LengthUnit::Millimeter;
-  const bool is_obeyed = header_.stated.obeyed(Source::Word, parts).unit.has_value();
-  if (is_obeyed && !unit_word_.empty() && unit_word_ != word) {
+  const PartialFormat obeyed = header_.stated.obeyed(Source::Word, parts);
+  if (obeyed.unit && !unit_word_.empty() && unit_word_ != word) {
     invalid(line,
             column,
             quoted(text) + " contradicts the " + unit_word_ + " before it",
             "one unit for the whole program");
+  } else if (contradicts_words(obeyed)) {
+    invalid(line,
+            column,
+            quoted(text) + " contradicts the " + unit_word_ + " before it",
+            "one number format for the whole program");
+    parts.zeros.reset();
+    parts.digits.reset();
   }
   unit_word_ = word;
+  if (!of_words_.zeros) of_words_.zeros = obeyed.zeros;
+  if (!of_words_.digits) of_words_.digits = obeyed.digits;
   take(Source::Word, line, column, text, std::move(parts));
+}
+
+bool HeaderFormat::contradicts_words(const PartialFormat& parts) const {
+  return (parts.zeros && of_words_.zeros && parts.zeros != of_words_.zeros) ||
+         (parts.digits && of_words_.digits && parts.digits != of_words_.digits);
 }
 
 PartialFormat HeaderFormat::read_options(int line, int column, std::string_view options) {

@@ -29,8 +29,9 @@ class HeaderFormat {
   void read_unit(int line, int column, std::string_view text, const HeaderCommand& command);
   /// CAM systems say in comments what their header does not.
   void read_comment(int line, std::string_view text);
-  /// Refuses comments that contradict each other in a part that comments decide. A comment on
-  /// numbers of another unit than INCH or METRIC has means nothing, wherever it stands.
+  /// Refuses comments that contradict each other in a part that comments decide. A comment of the
+  /// header on numbers of another unit than INCH or METRIC has means nothing, ahead of these words
+  /// and behind them; one of the body is refused (Interpreter::check_comment).
   void check_comments() const;
 
  private:
@@ -41,6 +42,7 @@ class HeaderFormat {
     PartialFormat parts;
   };
 
+  bool contradicts_words(const PartialFormat& parts) const;
   PartialFormat read_options(int line, int column, std::string_view options);
   void take(Source source, int line, int column, std::string_view text, PartialFormat parts);
   void report_late(int line, int column, std::string_view text, std::string_view stated) const;
@@ -49,6 +51,7 @@ class HeaderFormat {
   Header& header_;
   const Reporter& reporter_;
   std::string unit_word_;
+  PartialFormat of_words_;  ///< zeros and digits that INCH or METRIC have stated
   std::vector<Comment> comments_;
 };
 

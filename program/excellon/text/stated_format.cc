@@ -33,6 +33,17 @@ void StatedFormat::add(Source source, const PartialFormat& statement) {
   decide();
 }
 
+void StatedFormat::add_comment_of_body(const PartialFormat& comment) {
+  const PartialFormat parts = obeyed(Source::Comment, comment);
+  if (parts.is_empty() || (!parts.unit && !states_unit())) return;
+  const bool is_known = std::ranges::any_of(statements_, [&](const Statement& of) {
+    return of.source == Source::Comment &&
+           std::tie(of.parts.unit, of.parts.zeros, of.parts.digits) ==
+               std::tie(comment.unit, comment.zeros, comment.digits);
+  });
+  if (!is_known) add(Source::Comment, comment);
+}
+
 /// Of the first source with such a statement: the last one, of comments the first one.
 template <class States>
 StatedFormat::Index StatedFormat::first_that(const States& states) const {
@@ -105,8 +116,12 @@ std::string StatedFormat::ruling() const {
 
 bool StatedFormat::is_contradicted_by(const PartialFormat& statement, Form form) const {
   const PartialFormat parts = obeyed(Source::Word, statement);
+  const bool operator_has_digits = source_of_digits() == Source::Operator;
+  const bool operator_has_zeros = source_of_zeros() == Source::Operator;
   const auto is_comment_on_all = [&](const Statement& of) {
-    return of.source == Source::Comment && of.parts.unit == format_.unit;
+    if (of.source != Source::Comment) return false;
+    if (of.parts.unit) return *of.parts.unit == format_.unit;
+    return (of.parts.digits && !operator_has_digits) || (of.parts.zeros && !operator_has_zeros);
   };
   const bool may_change_unit = form == Form::Code && source_of_unit() == Source::Word &&
                                std::ranges::none_of(statements_, is_comment_on_all);

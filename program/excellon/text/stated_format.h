@@ -48,6 +48,10 @@ class StatedFormat {
   /// Adds a statement, whose parts count where no other one rules over them.
   void add(Source source, const PartialFormat& statement);
 
+  /// Adds a comment of the body that agrees with the format, for statements behind it. One without
+  /// a unit is about the unit that is stated.
+  void add_comment_of_body(const PartialFormat& comment);
+
   const NumberFormat& format() const { return format_; }
   /// Stated by the program or by the operator.
   bool states_unit() const { return is_stated(unit_); }
@@ -81,7 +85,8 @@ class StatedFormat {
 
   /// True if a statement of the body is not to be obeyed, since the program has stated another unit
   /// or other zeros before it. M71 and M72 may change a unit that INCH or METRIC states, not one
-  /// that a comment states as well, which is about all numbers of the file.
+  /// that a comment states as well, or states digits or zeros for: it is about all numbers of the
+  /// file.
   bool is_contradicted_by(const PartialFormat& statement, Form form) const;
 
  private:

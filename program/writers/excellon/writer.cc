@@ -452,6 +452,7 @@ void ExcellonWriter::write(const Setting& setting) {
   }
   if (is_written_anyway(setting.text)) return;
   if (!has_usual_digits_ && has_bare_length(setting.text)) {
+    if (const auto pointed = with_points(setting.text, info().format)) return line(*pointed);
     fail({Code::NotSupported,
           place(),
           quoted(setting.text) + " has numbers in digits that the output does not state",

@@ -63,6 +63,7 @@ TEST(ProgramConfig, ReadsTheNumbersOfTheControl) {
   EXPECT_EQ(config->reading.last_format.digits, std::pair(2, 3));
   EXPECT_EQ(config->reading.inch_rates, RateUnit::InchesPerMinute);
   EXPECT_NE(refusal("[program]\nrates = \"mm/s\"\n"), "accepted");
+  EXPECT_NE(refusal("[program]\nzeros = \"TZ\"\ndigits = \"2.3\"\n"), "accepted");
 }
 
 TEST(ProgramConfig, ReadsWhatASiebMeyerControlKnows) {

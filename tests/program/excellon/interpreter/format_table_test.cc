@@ -4,6 +4,7 @@
 #include <array>
 #include <map>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -64,14 +65,22 @@ Outcome run(const std::string& program, const Outside& outside) {
 /// METRIC, M M71 or M72 and D a comment in the body; N nc_param.txt; S [program].
 using Statements = std::map<char, std::string>;
 
-/// The program and what lies beside it, in which these sources have these statements.
-Outcome run_statements(const Statements& of, const std::string& header, const std::string& place) {
+/// The program and what lies beside it, in which these sources have these statements: those of the
+/// body in this order.
+Outcome run_statements(const Statements& of,
+                       const std::string& order,
+                       const std::string& header,
+                       const std::string& place) {
   const auto said = [&](char source) {
     const auto found = of.find(source);
     return found == of.end() ? std::string() : found->second;
   };
+  std::string body;
+  for (const char source : order) {
+    if (std::string_view("WMD").find(source) != std::string_view::npos) body += said(source);
+  }
   const std::string program = said('C') + "M48\n" + (of.contains('H') ? said('H') : header) +
-                              "R,H\n%\nT1\n" + said('W') + said('M') + said('D') + place + "M30\n";
+                              "R,H\n%\nT1\n" + body + place + "M30\n";
   return run(program, {said('F'), said('N'), said('S')});
 }
 
@@ -94,7 +103,7 @@ void expect_winners(const std::vector<Pair>& pairs,
       const char a = pair.sources[0];
       const char b = pair.sources[1];
       const Statements both = {{a, values.at(i).at(a)}, {b, values.at(1 - i).at(b)}};
-      const Outcome out = run_statements(both, header, place);
+      const Outcome out = run_statements(both, pair.sources, header, place);
       std::string expected = "error";
       if (pair.winner[0] == a) expected = places_mm.at(i);
       if (pair.winner[0] == b) expected = places_mm.at(1 - i);
@@ -120,15 +129,16 @@ TEST(FormatTable, Unit) {
             {'N', std::string("OUTPUT-UNITS ") + (is_inch ? "ENGLISH\n" : "METRIC\n")},
             {'S', small}};
   };
-  expect_winners(
-      {{"FC", "F"}, {"FH", "F"}, {"FW", "F"}, {"FM", "F"}, {"FD", "F"}, {"FN", "F"}, {"FS", "F"},
-       {"CH", "H"}, {"CW", "e"}, {"CM", "e"}, {"CD", "e"}, {"CN", "C"}, {"CS", "C"}, {"HW", "e"},
-       {"HM", "M"}, {"HD", "e"}, {"HN", "H"}, {"HS", "H"}, {"WM", "M"}, {"WD", "e"}, {"WN", "W"},
-       {"WS", "W"}, {"MD", "e"}, {"MN", "M"}, {"MS", "M"}, {"DN", "e"}, {"DS", "e"}, {"NS", "N"}},
-      {values(false), values(true)},
-      {"5", "127"},
-      "",
-      "X5.0Y5.0\n");
+  const std::vector<Pair> pairs = {
+      {"FC", "F"}, {"FH", "F"}, {"FW", "F"}, {"FM", "F"}, {"FD", "F"}, {"FN", "F"}, {"FS", "F"},
+      {"CH", "H"}, {"CW", "e"}, {"CM", "e"}, {"CD", "e"}, {"CN", "C"}, {"CS", "C"}, {"HW", "e"},
+      {"HM", "M"}, {"HD", "e"}, {"HN", "H"}, {"HS", "H"}, {"WM", "M"}, {"MW", "e"}, {"WD", "e"},
+      {"DW", "e"}, {"WN", "W"}, {"WS", "W"}, {"MD", "e"}, {"DM", "e"}, {"MN", "M"}, {"MS", "M"},
+      {"DN", "e"}, {"DS", "e"}, {"NS", "N"}};
+  const std::array values_of = {values(false), values(true)};
+  expect_winners(pairs, values_of, {"5", "127"}, "", "X5.0Y5.0\n");
+  // All digits, so that zeros do not matter: 000.000 or 00.0000, as the unit has it.
+  expect_winners(pairs, values_of, {"50.8", "129.032"}, "", "X050800Y050800\n");
 }
 
 TEST(FormatTable, Zeros) {
@@ -144,14 +154,14 @@ TEST(FormatTable, Zeros) {
             {'N', is_leading ? "SUPPRESS-TRAIL-ZEROES YES\n" : "SUPPRESS-LEAD-ZEROES YES\n"},
             {'S', is_leading ? "lz" : "tz"}};
   };
-  expect_winners(
-      {{"FC", "F"}, {"FH", "F"}, {"FW", "F"}, {"FD", "F"}, {"FN", "F"}, {"FS", "F"}, {"CH", "H"},
-       {"CW", "e"}, {"CD", "e"}, {"CN", "C"}, {"CS", "C"}, {"HW", "e"}, {"HD", "e"}, {"HN", "H"},
-       {"HS", "H"}, {"WD", "e"}, {"WN", "W"}, {"WS", "W"}, {"DN", "e"}, {"DS", "e"}, {"NS", "N"}},
-      {values(false), values(true)},
-      {"5", "500"},
-      "METRIC\n",
-      "X5000Y5000\n");
+  expect_winners({{"FC", "F"}, {"FH", "F"}, {"FW", "F"}, {"FD", "F"}, {"FN", "F"}, {"FS", "F"},
+                  {"CH", "H"}, {"CW", "e"}, {"CD", "e"}, {"CN", "C"}, {"CS", "C"}, {"HW", "e"},
+                  {"HD", "e"}, {"HN", "H"}, {"HS", "H"}, {"WD", "e"}, {"DW", "e"}, {"WN", "W"},
+                  {"WS", "W"}, {"DN", "e"}, {"DS", "e"}, {"NS", "N"}},
+                 {values(false), values(true)},
+                 {"5", "500"},
+                 "METRIC\n",
+                 "X5000Y5000\n");
 }
 
 TEST(FormatTable, Digits) {
@@ -222,6 +232,42 @@ TEST(FormatTable, CodesDoNotChangeTheUnitOfAComment) {
   EXPECT_EQ(run(plain, {.operator_format = "metric"}).x, "5");
   EXPECT_EQ(run(plain, {.operator_format = "inch,tz,2.4"}).x, "12.7");
   EXPECT_EQ(run(metric + "M48\n%\nT1\nM71\nX5000Y5000\nM30\n", {}).x, "5");
+}
+
+/// Digits and zeros of a comment are those of the unit that it was written in, whether it says so
+/// or not.
+TEST(FormatTable, CodesDoNotChangeTheUnitBehindDigitsOrZerosOfAComment) {
+  const std::string inch = std::string("INCH,TZ\n%\nT1\nM71\n") + "X7500Y7500\nM30\n";
+  const Lines refused{"p.exc:6:1: error[argument-invalid]"};
+  EXPECT_EQ(run("M48\n;FILE_FORMAT=2:5\n" + inch, {}).diagnostics, refused);
+  EXPECT_EQ(run("M48\n; FORMAT={-:-/ suppress leading}\n" + inch, {}).diagnostics, refused);
+  EXPECT_EQ(run(";FILE_FORMAT=4:2\nM48\nMETRIC,TZ\n%\nT1\nM72\nX7500Y7500\nM30\n", {}).diagnostics,
+            refused);
+  EXPECT_EQ(run("M48\nINCH,TZ\n%\nT1\n;FILE_FORMAT=2:4\nM71\nX7500Y7500\nM30\n", {}).diagnostics,
+            refused);
+  const Outcome ruled = run("M48\n;FILE_FORMAT=2:5\n" + inch, {.operator_format = "3.3"});
+  EXPECT_EQ(ruled.x, "7.5");
+  EXPECT_EQ(run("M48\n;FILE_FORMAT=2:5\nINCH,TZ\n%\nT1\nM72\nX7500Y7500\nM30\n", {}).x, "1.905");
+}
+
+/// Zeros and digits count for all of the program, as the unit does.
+TEST(FormatTable, WordsOfAHeaderContradictEachOtherInNoPart) {
+  const auto outcome = [](const std::string& lines, const std::string& operator_format = "") {
+    return run("M48\n" + lines + "%\n" + kPlaces, {.operator_format = operator_format});
+  };
+  const Lines third{"p.exc:3:1: error[argument-invalid]"};
+  for (const char* lines : {"METRIC,TZ,000.000\nMETRIC,TZ,0000.00\n",
+                            "METRIC,LZ\nMETRIC,TZ\n",
+                            "METRIC,TZ,0000.00\nMETRIC,000.000\n"}) {
+    EXPECT_EQ(outcome(lines).diagnostics, third) << lines;
+  }
+  EXPECT_EQ(outcome("METRIC,LZ\nMETRIC\nMETRIC,TZ\n").diagnostics,
+            Lines{"p.exc:4:1: error[argument-invalid]"});
+  const std::string two_headers = "METRIC,LZ\n%\nM48\nMETRIC,TZ\n";
+  EXPECT_EQ(outcome(two_headers).diagnostics, Lines{"p.exc:5:1: error[argument-invalid]"});
+  EXPECT_EQ(outcome(two_headers, "tz").x, "5");
+  EXPECT_EQ(outcome("METRIC,0000.00\nMETRIC,TZ,000.000\n", "3.3").x, "5");
+  EXPECT_EQ(outcome("METRIC,0000.00\nMETRIC,TZ\nMETRIC,0000.00,TZ\n").x, "50");
 }
 
 TEST(FormatTable, DrillsOfTheHeaderAreInItsUnitAndHolesInThatOfTheBody) {

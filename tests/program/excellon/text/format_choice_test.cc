@@ -321,7 +321,9 @@ TEST(FormatChoice, RefusesStepsThatOnlyTheFileBesideItStates) {
   const ReadOptions alone = with_steps_beside();
   for (const char* text : {"M48\nMETRIC,TZ\n%\nT1\nX5000Y5000\nX10000Y12000\nM30\n",
                            "M48\nMETRIC,000.000\n%\nT1\nX5000Y5000\nM30\n",
-                           "M48\nT1C0.8\n%\nT1\nX5.0Y5.0\nM30\n"}) {
+                           "M48\nT1C0.8\n%\nT1\nX5.0Y5.0\nM30\n",
+                           "M48\nMETRIC,TZ,000.000\n%\nT1\nX5000Y5000\nM30\n",
+                           "M48\nMETRIC\n%\nT1\nX5.0Y5.0\nM30\n"}) {
     EXPECT_EQ(read(text, alone).diagnostics, refused) << text;
     EXPECT_TRUE(read(text, alone).header.is_refused) << text;
   }
@@ -331,17 +333,9 @@ TEST(FormatChoice, RefusesStepsThatOnlyTheFileBesideItStates) {
   EXPECT_EQ(read("M71\nT1\nX500000Y5.0\nM30\n", whole).diagnostics, refused);
 }
 
-/// What a program states whole is read as without the file.
-TEST(FormatChoice, LeavesStepsOfAFileOutThatItDoesNotNeed) {
+/// No part of a number format says whether coordinates are steps.
+TEST(FormatChoice, LeavesStepsOfAFileOutWhereTheProgramOrAWholeOptionDecides) {
   const ReadOptions reading = with_steps_beside();
-  for (const char* text : {";FILE_FORMAT=3:3\nM48\nMETRIC,TZ\nT1C0.8\n%\nT1\nX5000Y5000\nM30\n",
-                           "M48\nMETRIC,TZ,000.000\n%\nT1\nX5000Y5000\nM30\n",
-                           "M48\nMETRIC\n%\nT1\nX5.0Y5.0\nM30\n"}) {
-    const Read out = read(text, reading);
-    EXPECT_EQ(out.diagnostics, Lines{}) << text;
-    EXPECT_FALSE(out.header.incremental) << text;
-    EXPECT_EQ(out.header.format_file, "") << text;
-  }
   const std::string open = "%\nT1\nX5000Y5000\nM30\n";
   for (const char* head : {"M48\nMETRIC,TZ\nICI,OFF\n",
                            "M48\nMETRIC,TZ\nG90\n",
@@ -355,6 +349,27 @@ TEST(FormatChoice, LeavesStepsOfAFileOutThatItDoesNotNeed) {
   ReadOptions forced = reading;
   forced.forced_format = *parse_format("metric,tz,3.3");
   EXPECT_EQ(read("T1\nX5000Y5000\nM30\n", forced).diagnostics, Lines{});
+  forced.forced_format = *parse_format("metric,3.3");
+  EXPECT_EQ(read("M48\nMETRIC,TZ\n%\nT1\nX5000Y5000\nM30\n", forced).diagnostics,
+            Lines{"nc_param.txt:7:1: error[not-supported]"});
+}
+
+/// Zeros of a control in inch say little of a program in metric.
+TEST(FormatChoice, WarnsOfZerosOfTheLastSettingInAnotherUnit) {
+  const ReadOptions reading{
+      .last_format = {LengthUnit::Inch, Zeros::LeadingKept, std::pair(2, 4), "[program]"}};
+  const Read out = read("M48\nMETRIC\n%\nT1\nX1.0Y0\nX5000Y5000\nM30\n", reading);
+  EXPECT_EQ(out.diagnostics, Lines{"p.exc:6:1: warning[format-assumed]"});
+  EXPECT_THAT(out.text,
+              HasSubstr("\"X5000\" is read as metric 3.3, leading zeros kept; the zeros are those "
+                        "of [program], in inch"));
+  for (const char* text : {"M48\nMETRIC,TZ\n%\nT1\nX5000Y5000\nM30\n",
+                           "M48\nMETRIC\n%\nT1\nX005000Y005000\nM30\n",
+                           "M48\nMETRIC\n%\nT1\nX5.0Y5.0\nM30\n",
+                           "M48\nINCH\n%\nT1\nX5000Y5000\nM30\n",
+                           "T1\nX5000Y5000\nM30\n"}) {
+    EXPECT_EQ(read(text, reading).diagnostics, Lines{}) << text;
+  }
 }
 
 /// Digits as METRIC has them anyway are no others, whoever states them.

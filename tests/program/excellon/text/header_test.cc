@@ -344,7 +344,8 @@ TEST(Header, ToolNumbersAreNeverSplitIntoTwo) {
 TEST(Header, RefusesContradictions) {
   EXPECT_EQ(read("M48\nINCH,LZ\nMETRIC\n%\n").diagnostics,
             Texts{"p.exc:3:1: error[argument-invalid]"});
-  EXPECT_EQ(read("M48\nINCH,LZ\nINCH,TZ\n%\n").diagnostics, Texts{});
+  EXPECT_EQ(read("M48\nINCH,LZ\nINCH,TZ\n%\n").diagnostics,
+            Texts{"p.exc:3:1: error[argument-invalid]"});
   EXPECT_EQ(read("M48\nT1C.04\nT1C.05\n%\n").diagnostics,
             Texts{"p.exc:3:1: error[argument-invalid]"});
   EXPECT_EQ(read("M48\nT1C.04\nT01C.04\n%\n").diagnostics, Texts{});
