@@ -30,8 +30,8 @@ struct FormatBeside {
   PartialFormat format;
   std::string file;                 ///< empty: there is none
   std::optional<Diagnostic> fault;  ///< it cannot be read, and states nothing
-  /// COORDINATES INCREMENTAL: refuses a program that needs the file, and states neither that its
-  /// coordinates are steps nor that they are not.
+  /// COORDINATES INCREMENTAL: refuses an Excellon program that states neither that its coordinates
+  /// are steps nor that they are not, unless --format is whole.
   std::optional<Diagnostic> steps;
 };
 
