@@ -8,13 +8,13 @@
 
 namespace panelcal::sieb_meyer {
 
-/// How the lines of a section are read.
+/// State by which the lines of a section are read.
 struct ReadingModes {
   bool is_pattern_mode = false;  ///< CAMA
   bool deletes_blocks = false;   ///< BLKD
 };
 
-/// Whether all copies do the same. A section that uses a tool, a depth or a mode before it states
+/// True if all copies do the same. A section that uses a tool, a depth or a mode before it states
 /// that, and states it later, begins its second copy with another one than the first, which begins
 /// with `begin`. Only the section's own lines count, not those of subprograms.
 bool copies_begin_alike(std::string_view bytes, const Section& section, const ReadingModes& begin);
