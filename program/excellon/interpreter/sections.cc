@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Step and repeat sections: which instance runs when, and with what state it begins.
 #include <algorithm>
+#include <initializer_list>
 #include <utility>
 #include <vector>
 
@@ -175,17 +176,39 @@ bool begins_with_tool(const RepeatSection& section) {
   return false;
 }
 
-/// A line of the pattern measures a nested series (G46), or says so in a comment.
+/// The line has one of these codes, or says so in a comment.
+bool has_any(std::string_view line, std::initializer_list<std::string_view> codes) {
+  return std::ranges::any_of(
+      codes, [line](std::string_view code) { return line.find(code) != std::string_view::npos; });
+}
+
+/// A line of the pattern measures a nested series (G46).
 bool may_nest(const RepeatSection& section) {
   LineCursor cursor = section.pattern;
   while (cursor.offset() < section.pattern_end) {
-    const std::string_view text = cursor.next().text;
-    const auto at = text.find("46");
-    if (at != std::string_view::npos && at > 0 && (text[at - 1] == 'G' || text[at - 1] == 'g')) {
-      return true;
-    }
+    if (has_any(cursor.next().text, {"G46", "g46"})) return true;
   }
   return false;
+}
+
+/// A series ahead of a `$uvis,alg` of another number of targets has that number in the next copy.
+bool measures_alike(const RepeatSection& section, int series_size) {
+  constexpr std::string_view kSize = "$uvis,alg,";
+  bool has_measured = false;
+  LineCursor cursor = section.pattern;
+  while (cursor.offset() < section.pattern_end) {
+    const std::string_view text = cursor.next().text;
+    has_measured |= has_any(text, {"G36", "g36", "G46", "g46"});
+    const auto at = text.find(kSize);
+    if (at == std::string_view::npos) continue;
+    if (!has_measured && !text.starts_with('/')) return true;  // each copy states it
+    const std::string_view rest = text.substr(at + kSize.size());
+    const auto comma = rest.find(',');
+    const bool is_same =
+        comma != std::string_view::npos && parse_count(rest.substr(comma + 1)) == series_size;
+    if (!is_same) return false;
+  }
+  return true;
 }
 
 bool can_keep(const RepeatSection& section) {
@@ -208,7 +231,10 @@ bool can_keep(const RepeatSection& section) {
 /// Passes the pattern on once, where it stands, with all its copies. False if structure is not kept
 /// here: the copies are to be run.
 bool Interpreter::run_kept(const RepeatSection& section, const Modal& start) {
-  if (!keeps_structure() || is_inner_section() || !can_keep(section)) return false;
+  if (!keeps_structure() || is_inner_section() || !can_keep(section) ||
+      !measures_alike(section, vision_.series_size())) {
+    return false;
+  }
   if (vision_.has_open_series()) {
     reporter_.report(Code::NotSupported,
                      section.line,

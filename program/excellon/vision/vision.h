@@ -68,6 +68,8 @@ class VisionSession {
   /// M52. The placement is the copy's or the stored pattern's, where the series must have been
   /// measured; null in the program itself, which places each board by its own coordinates.
   void advance(const Block& block, int n_points, const Placement* placement);
+  /// Targets of a series (`$uvis,alg`).
+  int series_size() const { return series_size_; }
   /// If structure is kept: the pattern that runs is passed on as one.
   void begin_kept_pattern() {
     is_in_kept_pattern_ = true;

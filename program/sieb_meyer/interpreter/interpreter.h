@@ -301,6 +301,7 @@ class Interpreter {
   void optical_order(const Block& block, const Order& order);
   void camera_text(const Block& block, Command command);
   TargetPlace target_place(const Block& block, Command command);
+  bool may_drill_target(int line);
 
   // kept.cc
   void run_kept(int i_section);
@@ -308,14 +309,13 @@ class Interpreter {
   bool has_offsets_inside(const Section& section) const;
   bool organizes(const Section& section) const;
   bool is_repeated() const;
-  bool begins_alike(const Section& section) const;
   void pass_order(int line, OpticalOrder order);
   bool has_executed_copy() const;
   void end_kept_section(const Section& section);
   KeptOffsets begin_kept_copy();
   void end_kept_copy(int line, const KeptOffsets& outer);
   void keep_optical_order(const Block& block, Command command);
-  void keep_target(const Block& block, Command command, const Position<frame::Nominal>& nominal);
+  void keep_target(const Block& block, Command command, const TargetPlace& target);
   void keep_pattern_target(const Block& block, const Position<frame::Nominal>& nominal);
   void keep_series(const Block& block);
   void keep_end(const Block& block, Command command);

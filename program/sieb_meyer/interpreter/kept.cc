@@ -3,10 +3,12 @@
 // surface detection in both forms, that of the language itself and that of other ones.
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <string>
 #include <utility>
 
 #include "program/sieb_meyer/interpreter/interpreter.h"
+#include "program/sieb_meyer/sections/carried_state.h"
 #include <fmt/format.h>
 
 namespace panelcal::sieb_meyer {
@@ -18,52 +20,6 @@ bool Interpreter::has_offsets_inside(const Section& section) const {
     const Section& child = text_.sections->sections[static_cast<std::size_t>(i)];
     return child.is_offset() || has_offsets_inside(child);
   });
-}
-
-namespace {
-
-/// What a line states that the next copy of its section begins with: bits of a tool, of Z, K and H,
-/// and of G82 and G83; and whether the line works.
-struct CarriedOn {
-  std::uint32_t stated = 0;
-  bool works = false;
-
-  explicit CarriedOn(const Block& block) {
-    bool moves = false;
-    bool measures = false;  // which needs neither tool nor depth
-    for (const Word& word : block.all()) {
-      const auto command = word.letter == 'G' ? command_of(word) : std::nullopt;
-      measures |= command && is_camera(*command);
-      moves |= word.letter == 'X' || word.letter == 'Y';
-      if (word.letter == 'T' && parse_count(word.number).value_or(0) > 0) stated |= 1U;
-      if (word.letter == 'Z') stated |= 2U;
-      if (word.letter == 'K') stated |= 4U;
-      if (word.letter == 'H') stated |= 8U;
-      if (command == Command::DepthControlOn || command == Command::DepthControlOff) stated |= 16U;
-    }
-    works = moves && !measures;
-  }
-};
-
-}  // namespace
-
-/// A section that works before it takes a tool or states a depth, and does that later, begins its
-/// second copy with another tool or depth than the first.
-bool Interpreter::begins_alike(const Section& section) const {
-  std::uint32_t known = 0;
-  bool has_worked = false;
-  LineCursor cursor(text_.bytes, section.begin);
-  while (cursor.offset() < section.body_end) {
-    const SourceLine line = cursor.next();
-    if (has_worked && line.text.find_first_of("TZKHG") == std::string_view::npos) continue;
-    Block block;
-    if (lex(line, block)) continue;
-    const CarriedOn here(block);
-    if (has_worked && (here.stated & ~known) != 0) return false;
-    known |= here.stated;
-    has_worked |= here.works;
-  }
-  return true;
 }
 
 /// A line of the section itself asks for a storage location of G39.
@@ -86,8 +42,9 @@ bool Interpreter::is_kept(const Section& section) const {
   constexpr std::int64_t kMostCopies = 10'000;
   return keeps_structure() && section.n_copies() <= kMostCopies && !has_offsets_inside(section) &&
          !(is_repeated() && organizes(section)) && !section.has.calls && !section.has.own_copies &&
-         !(section.has.feeds && section.has.old_feed) && begins_alike(section) && calls_.empty() &&
-         areas_.empty() && !scaling_.is_set() && rotation_rad_ == 0;
+         !(section.has.feeds && section.has.old_feed) &&
+         copies_begin_alike(text_.bytes, section, {optical_.is_pattern_mode(), deletes_blocks_}) &&
+         calls_.empty() && areas_.empty() && !scaling_.is_set() && rotation_rad_ == 0;
 }
 
 void Interpreter::run_kept(int i_section) {
@@ -164,10 +121,11 @@ void Interpreter::keep_optical_order(const Block& block, Command command) {
   switch (command) {
     case Command::Measure:
     case Command::FinishMeasure:
-      return keep_target(block, command, target.nominal);
+      return keep_target(block, command, target);
     case Command::MeasureOffset:
       if (optical_.is_pattern_mode()) return keep_pattern_target(block, target.nominal);
-      if (has_tool(block.line)) {
+      // A hole that a forbidden area leaves out leaves no target: it would only be looked at.
+      if (may_drill_target(block.line)) {
         emitter_.put(block.line,
                      TargetHole{CorrectionLevel::Base,
                                 target.nominal,
@@ -182,19 +140,31 @@ void Interpreter::keep_optical_order(const Block& block, Command command) {
   }
 }
 
+namespace {
+
+/// A slot shows x of the program (G33) or its y (G32); in a copy that is written out turned by a
+/// quarter, that is the other coordinate. `seen_axis` refuses other turns.
+Command written_slot(Command command, const Placement& copy, const Placement& written) {
+  const Eigen::Matrix2d turn = written.linear().transpose() * copy.linear();
+  const bool is_swapped = std::abs(turn(1, 0)) > std::abs(turn(0, 0));
+  if (!is_swapped) return command;
+  return command == Command::Measure ? Command::FinishMeasure : Command::Measure;
+}
+
+}  // namespace
+
 /// A slot (mode 5) shows one coordinate; layers (2 and 3) are several looks at one target.
-void Interpreter::keep_target(const Block& block,
-                              Command command,
-                              const Position<frame::Nominal>& nominal) {
+void Interpreter::keep_target(const Block& block, Command command, const TargetPlace& target) {
   const int mode = settings_.measurement_mode;
   const bool is_layer = (mode == 2 || mode == 3) && command == Command::Measure;
   const std::string_view remedy =
       mode == 5  ? "targets that show both coordinates, and [vision] mode = 1"
       : is_layer ? "one layer of each target: G33 alone, or [vision] mode = 1"
                  : "";
-  const std::string text = code_text(command);
-  pass_order(block.line, {.text = text, .target = nominal, .remedy = remedy});
-  if (remedy.empty()) kept_.targets.push_back(nominal);
+  const Command written = mode == 5 ? written_slot(command, target.placement, frame_) : command;
+  const std::string text = code_text(written);
+  pass_order(block.line, {.text = text, .target = target.nominal, .remedy = remedy});
+  if (remedy.empty()) kept_.targets.push_back(target.nominal);
 }
 
 /// G36 under CAMA.

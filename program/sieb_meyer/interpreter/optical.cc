@@ -21,6 +21,10 @@ TargetPlace Interpreter::target_place(const Block& block, Command command) {
           std::move(copies)};
 }
 
+bool Interpreter::may_drill_target(int line) {
+  return has_tool(line) && !is_forbidden(line, modal_.at_mm);
+}
+
 void Interpreter::optical_order(const Block& block, const Order& order) {
   const Command command = *order.camera;
   if (modal_.motion || is_routing()) {
@@ -54,7 +58,7 @@ void Interpreter::optical_order(const Block& block, const Order& order) {
       if (optical_.is_pattern_mode()) return optical_.measure_pattern(target);
       const auto seen = optical_.measure_hole(target);  // in both walks, whatever the tool
       emitter_.stop_after(trial_);
-      if (seen && has_tool(block.line) && !is_forbidden(block.line, modal_.at_mm)) {
+      if (seen && may_drill_target(block.line)) {
         emitter_.set_cut(cut_at(block.line, modal_.at_mm));
         emitter_.drill_at_target(block.line, modal_.at_mm, *seen);
         emitter_.set_cut(base_cut_);

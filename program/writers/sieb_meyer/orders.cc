@@ -197,7 +197,9 @@ void SiebMeyerWriter::write(const OpticalOrder& order) {
   if (order.ends_with_copy && n_open_patterns_ == 0) {
     return refuse(
         fmt::format("{}, whose effect ends with a copy that is written out,", quoted(order.text)),
-        "an innermost section whose copies begin with the same tool and depth");
+        "an innermost section without M58, M99, SA, RA and &R in it or round it, whose copies "
+        "begin "
+        "with the same tool, depth and modes");
   }
   up_at_.reset();
   if (!order.target) return line(order.text);
