@@ -124,8 +124,8 @@ TEST(ExcellonWriter, SettingsKeepTheSourcesDigits) {
 }
 
 /// DN,0002 is 2 mm in 0000.000 and 0.2 mm in the output's 000.000, digits counted from the left.
-TEST(ExcellonWriter, RefusesBareLengthsInDigitsThatItDoesNotState) {
-  const auto why_not = [](Zeros zeros, int n_whole, int n_decimals, const char* setting) {
+TEST(ExcellonWriter, WritesBareLengthsInDigitsThatItDoesNotStateWithPoints) {
+  const auto written = [](Zeros zeros, int n_whole, int n_decimals, const char* setting) {
     ProgramInfo info = metric_info();
     info.format.zeros = zeros;
     info.format.integer_digits = n_whole;
@@ -135,17 +135,19 @@ TEST(ExcellonWriter, RefusesBareLengthsInDigitsThatItDoesNotState) {
     writer.begin(info);
     put_all(writer, {Setting{setting, SettingKind::Header}});
     const Expected<void> done = writer.finish();
-    return done ? "" : test::brief(done.error());
+    EXPECT_TRUE(done) << setting << ": " << test::brief(done.error());
+    return bytes.text();
   };
-  const std::string refused = "p.exc:10: error[not-supported]";
-  EXPECT_EQ(why_not(Zeros::LeadingKept, 4, 3, "DN,0002"), refused);
-  EXPECT_EQ(why_not(Zeros::LeadingKept, 4, 3, "Z-0002"), refused);
-  EXPECT_EQ(why_not(Zeros::TrailingKept, 3, 4, "DN,0002"), refused);
-  EXPECT_EQ(why_not(Zeros::LeadingKept, 4, 3, "DN,2."), "");
-  EXPECT_EQ(why_not(Zeros::LeadingKept, 4, 3, "ATC,ON"), "");
-  EXPECT_EQ(why_not(Zeros::LeadingKept, 3, 3, "DN,002"), "");
-  EXPECT_EQ(why_not(Zeros::TrailingKept, 4, 3, "DN,2000"), "");
-  EXPECT_EQ(why_not(Zeros::LeadingKept, 4, 2, "DN,0002"), "");  // the output states 0000.00
+  using testing::HasSubstr;
+  EXPECT_THAT(written(Zeros::LeadingKept, 4, 3, "DN,0002"), HasSubstr("\nDN,2.0\n"));
+  EXPECT_THAT(written(Zeros::LeadingKept, 4, 3, "Z-0002"), HasSubstr("\nZ-2.0\n"));
+  EXPECT_THAT(written(Zeros::TrailingKept, 3, 4, "DN,0002"), HasSubstr("\nDN,0.0002\n"));
+  EXPECT_THAT(written(Zeros::LeadingKept, 4, 3, "DN,2."), HasSubstr("\nDN,2.\n"));
+  EXPECT_THAT(written(Zeros::LeadingKept, 4, 3, "ATC,ON"), HasSubstr("\nATC,ON\n"));
+  EXPECT_THAT(written(Zeros::LeadingKept, 3, 3, "DN,002"), HasSubstr("\nDN,002\n"));
+  EXPECT_THAT(written(Zeros::TrailingKept, 4, 3, "DN,2000"), HasSubstr("\nDN,2000\n"));
+  // The output states 0000.00.
+  EXPECT_THAT(written(Zeros::LeadingKept, 4, 2, "DN,0002"), HasSubstr("\nDN,0002\n"));
 }
 
 // --- tools -------------------------------------------------------------------------------------
