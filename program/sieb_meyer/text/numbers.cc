@@ -14,7 +14,7 @@ constexpr std::array<double, 16> kSiebMeyerPowers = {
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
 
 /// Behind the point of a coordinate in millimetres.
-int described_decimals(FileFormat format) {
+constexpr int described_decimals(FileFormat format) {
   return format == FileFormat::F1000 ? 2 : 3;
 }
 
@@ -38,7 +38,7 @@ struct Rule {
   bool has_step = true;  ///< something states it
 };
 
-Rule rule_of(FileFormat format, Quantity quantity) {
+constexpr Rule described_rule(FileFormat format, Quantity quantity) {
   const bool is_1000 = format == FileFormat::F1000;
   const bool is_5000 = format == FileFormat::F5000;
   switch (quantity) {
@@ -77,6 +77,23 @@ Rule rule_of(FileFormat format, Quantity quantity) {
       return {};
   }
   return {};
+}
+
+constexpr std::size_t kQuantities = static_cast<std::size_t>(Quantity::ToolZOffset) + 1;
+
+/// By file format and quantity: every number of a program asks.
+constexpr auto kRules = [] {
+  std::array<std::array<Rule, kQuantities>, 3> rules;
+  for (const FileFormat format : {FileFormat::F1000, FileFormat::F3000, FileFormat::F5000}) {
+    for (std::size_t i = 0; i < kQuantities; ++i) {
+      rules[static_cast<std::size_t>(format)][i] = described_rule(format, static_cast<Quantity>(i));
+    }
+  }
+  return rules;
+}();
+
+const Rule& rule_of(FileFormat format, Quantity quantity) {
+  return kRules[static_cast<std::size_t>(format)][static_cast<std::size_t>(quantity)];
 }
 
 bool is_in_inch_per_min(const ProgramFormat& format) {
@@ -180,7 +197,8 @@ std::string summary(const ProgramFormat& format) {
 ParsedNumber parse_number(std::string_view text, const ProgramFormat& format, Quantity quantity) {
   constexpr std::size_t kMostDigits = 15;
   const bool is_described = format.is_described();
-  const Rule rule = is_described ? rule_of(format.file, quantity) : rule_of(format, quantity);
+  const Rule& described = rule_of(format.file, quantity);
+  const Rule rule = is_described ? described : rule_of(format, quantity);
   std::size_t i = 0;
   const bool has_sign = !text.empty() && (text[0] == '-' || text[0] == '+');
   const bool is_negative = has_sign && text[0] == '-';

@@ -91,6 +91,7 @@ class OrderReader {
       return refuse(Code::NumberTooLong, word, "a length below 100 m");
     }
     set(to, parsed->value, word);
+    if (parsed->step <= step_mm) return;
     step_mm = std::max(step_mm, std::min(parsed->step, context_.format.step_mm()));
   }
 
