@@ -9,26 +9,27 @@
 namespace panelcal::sieb_meyer {
 namespace {
 
-/// Treatment of lines that begin with a slash by M49 with this text.
-std::optional<bool> deletes_blocks(std::string_view text) {
-  const auto command = find_cnc_command(text);
-  if (!command) return std::nullopt;
-  if (command->info->code == CncCode::BlockDelete) return true;
-  if (command->info->code == CncCode::NoBlockDelete) return false;
-  return std::nullopt;
-}
-
-bool is_axis_version(std::string_view text) {
-  const auto command = find_cnc_command(text);
-  return command && command->info->code == CncCode::AxisVersion;
-}
-
-/// A scale or a rotation begins, which acts on placed coordinates: no copy's places are those of
-/// another, moved by the offset. NOSA and NORA matter only where one was on before the section.
-bool scales_or_turns(std::string_view text) {
-  const auto command = find_cnc_command(text);
-  return command &&
-         (command->info->code == CncCode::Scale || command->info->code == CncCode::Rotation);
+/// M49 of a line.
+void take_cnc_command(const Block& block, LineRole& role) {
+  const auto command = find_cnc_command(block.argument);
+  if (!command) return;
+  switch (command->info->code) {
+    case CncCode::BlockDelete:
+    case CncCode::NoBlockDelete:
+      role.deletes_blocks = command->info->code == CncCode::BlockDelete;
+      break;
+    case CncCode::AxisVersion:
+      role.states_axes = block.n_words == 1;
+      break;
+    // They act on placed coordinates: no copy's places are those of another, moved by the offset.
+    // NOSA and NORA matter only where one was on before the section.
+    case CncCode::Scale:
+    case CncCode::Rotation:
+      role.has.own_copies = true;
+      break;
+    default:
+      break;
+  }
 }
 
 bool is_area(Command command) {
@@ -57,11 +58,7 @@ LineRole role_of(const Block& block) {
       role.has.measurements = true;
     }
     if (*command == Command::Subprogram) role.moves = role.has.calls = true;
-    if (*command == Command::CncCommand) {
-      role.deletes_blocks = deletes_blocks(block.argument);
-      role.states_axes = block.n_words == 1 && is_axis_version(block.argument);
-      role.has.own_copies |= scales_or_turns(block.argument);
-    }
+    if (*command == Command::CncCommand) take_cnc_command(block, role);
     if (is_area(*command)) role.has.own_copies = true;
     if (*command == Command::TextX || *command == Command::TextY) {
       role.has.own_copies |= block.argument.find("&R") != std::string_view::npos;
