@@ -14,6 +14,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/program/sieb_meyer/heights.h"
 #include "tests/program/sieb_meyer/manual_run.h"
 #include "tests/support/matchers.h"
 
@@ -22,6 +23,7 @@ namespace {
 
 using test::expect_places;
 using test::expect_refused;
+using test::Heights;
 using test::hole_places;
 using test::ProgramRun;
 using test::SubprogramFolder;
@@ -40,20 +42,6 @@ ReadOptions inch(ReadOptions reading = {}) {
   reading.inch_rates = RateUnit::InchesPerMinute;
   return reading;
 }
-
-/// Heights in the order of probing, mm.
-class Heights final : public ProbeSource {
- public:
-  explicit Heights(std::vector<double> heights_mm) : heights_mm_(std::move(heights_mm)) {}
-
-  Expected<ProbeReading> probe(const ProbeRequest& request) override {
-    const double height_mm = heights_mm_.at(static_cast<std::size_t>(request.seq));
-    return ProbeReading{request, ProbeStatus::Found, {{mm(height_mm), um(1)}}, ""};
-  }
-
- private:
-  std::vector<double> heights_mm_;
-};
 
 ProgramRun run(const std::string& text,
                const ReadOptions& reading,
@@ -107,6 +95,17 @@ void expect_near(const std::optional<Feed>& found, const std::optional<Feed>& ex
   }
 }
 
+void expect_same_tool(const Tool& tool, const Tool& other) {
+  expect_near(tool.diameter, other.diameter);
+  expect_near(tool.depth_offset, other.depth_offset);
+  expect_near(tool.infeed, other.infeed);
+  expect_near(tool.retract, other.retract);
+  EXPECT_EQ(tool.speed, other.speed);
+  EXPECT_EQ(tool.max_hits, other.max_hits);
+  EXPECT_EQ(tool.dwell, other.dwell);
+  EXPECT_EQ(tool.magazines, other.magazines);
+}
+
 void expect_same_cut(const DepthOfCut& found, const DepthOfCut& expected) {
   EXPECT_EQ(found.control, expected.control);
   expect_near(found.z, expected.z);
@@ -131,15 +130,7 @@ void expect_same(const ProgramRun& found, const ProgramRun& expected) {
   }
   ASSERT_EQ(found.executed.tools().size(), expected.executed.tools().size());
   for (std::size_t i = 0; i < found.executed.tools().size(); ++i) {
-    const Tool& tool = found.executed.tools()[i];
-    const Tool& other = expected.executed.tools()[i];
-    expect_near(tool.diameter, other.diameter);
-    expect_near(tool.depth_offset, other.depth_offset);
-    expect_near(tool.infeed, other.infeed);
-    expect_near(tool.retract, other.retract);
-    EXPECT_EQ(tool.speed, other.speed);
-    EXPECT_EQ(tool.max_hits, other.max_hits);
-    EXPECT_EQ(tool.dwell, other.dwell);
+    expect_same_tool(found.executed.tools()[i], expected.executed.tools()[i]);
   }
 }
 
@@ -311,16 +302,7 @@ TEST(SiebMeyerInch, TheToolTable) {
   ASSERT_FALSE(found.has_errors) << testing::PrintToString(found.texts);
   ASSERT_EQ(found.executed.tools().size(), 2U);
   for (std::size_t i = 0; i < 2; ++i) {
-    const Tool& tool = found.executed.tools()[i];
-    const Tool& other = expected.executed.tools().at(i);
-    expect_near(tool.diameter, other.diameter);
-    expect_near(tool.depth_offset, other.depth_offset);
-    expect_near(tool.infeed, other.infeed);
-    expect_near(tool.retract, other.retract);
-    EXPECT_EQ(tool.speed, other.speed);
-    EXPECT_EQ(tool.max_hits, other.max_hits);
-    EXPECT_EQ(tool.dwell, other.dwell);
-    EXPECT_EQ(tool.magazines, other.magazines);
+    expect_same_tool(found.executed.tools()[i], expected.executed.tools().at(i));
   }
 }
 

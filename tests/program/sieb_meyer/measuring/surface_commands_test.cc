@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/program/sieb_meyer/heights.h"
 #include "tests/program/sieb_meyer/manual_run.h"
 #include "tests/support/matchers.h"
 
@@ -16,24 +17,11 @@ namespace {
 
 using test::expect_refused;
 using test::format_5000;
+using test::Heights;
 using test::ProgramRun;
 using test::run_program;
 using test::steps_of;
 using testing::ElementsAre;
-
-/// Heights in the order of probing, mm.
-class Heights final : public ProbeSource {
- public:
-  explicit Heights(std::vector<double> heights_mm) : heights_mm_(std::move(heights_mm)) {}
-
-  Expected<ProbeReading> probe(const ProbeRequest& request) override {
-    const double height_mm = heights_mm_.at(static_cast<std::size_t>(request.seq));
-    return ProbeReading{request, ProbeStatus::Found, {{mm(height_mm), um(1)}}, ""};
-  }
-
- private:
-  std::vector<double> heights_mm_;
-};
 
 ProgramRun run_with(const std::string& body, std::vector<double> heights_mm) {
   DiagnosticLog log;
