@@ -31,8 +31,4 @@ ShiftFilter make_plain_filter(const RimStrip& strip, const StepProfile& step, do
 /// well.
 ShiftFilter make_blur_filter(const RimStrip& strip, const StepProfile& step, double variance);
 
-/// The power of waves of n periods around the rim, per sector: E is the variance of a sector if
-/// these are independent. Sectors that are not in `use` count as 0.
-double wave_power(const Eigen::VectorXd& values, const std::vector<char>& use, int n_periods);
-
 }  // namespace panelcal::internal
