@@ -135,6 +135,7 @@ class Interpreter {
   void run_section(int line);
   void warn_of_feed(const RepeatSection& section);
   void warn_of_open_count(const RepeatSection& section);
+  void warn_of_swap(const RepeatSection& section);
   void end_section(const RepeatSection& section);
   bool run_kept(const RepeatSection& section, const Modal& start);
   void run_level(const RepeatSection& section,
@@ -289,6 +290,7 @@ class Interpreter {
   bool warned_split_ = false;   ///< two blocks in a line
   bool warned_feed_ = false;    ///< of a pattern's copies
   bool warned_count_ = false;   ///< offsets counted anew without a bare M02
+  bool warned_swap_ = false;    ///< M70 ahead of a mirror
   bool warned_padded_ = false;  ///< zeros beyond the format's digits
   bool reported_no_tool_ = false;
   int line_of_open_count_ = 0;  ///< see RepeatSection
