@@ -117,8 +117,8 @@ bool asks_alike(const WorkRun& a, const WorkRun& b) {
   for (std::size_t i = 0; i < a.requests.size(); ++i) {
     const MeasurementRequest& p = a.requests[i];
     const MeasurementRequest& q = b.requests[i];
-    if (p.command != q.command || p.axes != q.axes || !is_near(p.nominal, q.nominal) ||
-        !is_near(p.expected, q.expected)) {
+    if (p.command != q.command || p.axes != q.axes || p.settings.tools != q.settings.tools ||
+        !is_near(p.nominal, q.nominal) || !is_near(p.expected, q.expected)) {
       return false;
     }
   }

@@ -28,7 +28,8 @@ class BulgingBoard final : public ProbeSource {
   Expected<ProbeReading> probe(const ProbeRequest& request) override;
 };
 
-/// Both ask for the same targets, from where the same corrections put them, and the same probes.
+/// Both ask for the same targets by the same vision tools (G35), from where the same corrections
+/// put them, and the same probes.
 bool asks_alike(const WorkRun& a, const WorkRun& b);
 
 /// Fits of the same targets from the same places; programs are written in 0.001 um.

@@ -285,18 +285,21 @@ std::string any_other_strokes() {
 
 /// Surfaces probed ahead, in sections and between, and strokes of every control of the Z axis.
 std::string any_surface_job() {
-  std::string text = any_place() + "Z1.T1\nG71\n";
+  constexpr const char* kMoved[] = {"", "M49,RA90.\n", "M49,RA4.\n", "M49,SAX300.Y300.\nM93\n"};
+  std::string text = kMoved[any_of_range(0, 3)] + any_place() + "Z1.T1\nG71\n";
   for (int i = 1; i <= 3; ++i) text += any_place() + fmt::format("G73L{}\n", i);
   if (any_of_range(0, 1) == 0) text += any_place() + "G73\n" + any_place() + "G73\nG74L2\nG75\n";
   text += "G70\n";
   for (int n = any_of_range(1, 5); n > 0; --n) {
     std::string part = any_of_range(0, 2) > 0 ? any_slm_strokes() : any_other_strokes();
-    constexpr const char* kOffsets = "X0.Y0.M50\nX60.Y0.M70\nX0.Y50.M50M30\n";
+    const std::string offsets = any_of_range(0, 1) == 0
+                                    ? "X0.Y0.M50\nX60.Y0.M70\nX0.Y50.M50M30\n"
+                                    : "X0.Y0.M50\nX60.Y0.M60\nX9.Y50.M60M80M30\n";
     if (any_of_range(0, 2) == 0) {
-      part = "M31\n" + part + (any_of_range(0, 3) == 0 ? any_other_strokes() : "") + kOffsets;
+      part = "M31\n" + part + (any_of_range(0, 3) == 0 ? any_other_strokes() : "") + offsets;
     } else if (any_of_range(0, 4) == 0) {
       part = "G71" + any_depth() + "\nL2\nM31\n" + any_place() + "T1\n" + any_place() + "T2\n" +
-             kOffsets + any_place() + "\nG70\n";
+             offsets + any_place() + "\nG70\n";
     }
     text += part;
   }
