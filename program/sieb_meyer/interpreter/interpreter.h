@@ -137,6 +137,18 @@ class Interpreter {
     std::optional<StoredCorrection> saved;  ///< by each copy
     bool has_loaded = false;                ///< each copy has loaded its own
     bool has_late_series = false;           ///< G31 behind G36
+    int base = 0;                           ///< KeptState::base as it began
+    bool uses_base = false;                 ///< keeps or loads offsets on top of that from outside
+    std::optional<int> unsaved_offset;  ///< line of a G36 behind G39,SAVE that none stands behind
+  };
+  /// The content of a storage location.
+  struct KeptSet {
+    StoredCorrection correction;
+    /// KeptState::base that comes back with it, or that an offset alone stands on; absent: each
+    /// copy has measured its own.
+    std::optional<int> base;
+
+    bool is_offset_alone() const { return correction.is_offset && correction.n_targets == 1; }
   };
   /// For translation: corrections as other languages know them.
   struct KeptState {
@@ -147,7 +159,9 @@ class Interpreter {
     std::optional<std::int64_t> turned_off_in;  ///< the block of the last G30
     std::optional<KeptSection> section;         ///< that is passed on
     int n_labels = 0;
-    std::map<int, StoredCorrection> sets;  ///< by storage location, with the copy that saved them
+    int n_bases = 0;              ///< base corrections that came into force
+    int base = 0;                 ///< the one in force, by its number; 0: none
+    std::map<int, KeptSet> sets;  ///< by storage location, with the copy that saved them
   };
   /// G39 as another language says it.
   struct KeptOrder {
@@ -325,6 +339,7 @@ class Interpreter {
   KeptOrder load_kept(const std::optional<int>& location);
   KeptOrder load_of_copies();
   KeptOrder load_from(const std::optional<int>& location);
+  bool take_base_of(const KeptSet& set);
   void clear_sets(const std::optional<int>& location);
   void keep_surface_order(const Block& block, const Order& order, bool has_place);
   void skip_kept_grid(const Block& block, const Order& order);

@@ -65,8 +65,9 @@ void Interpreter::run_kept(int i_section) {
   place(frame_);
   emitter_.put(section.begin.number, PatternBegin{});
   repeats_tool_ = true;
-  kept_.section =
-      KeptSection{.n_copies = static_cast<int>(copies.size()), .n_waiting = kept_.targets.size()};
+  kept_.section = KeptSection{.n_copies = static_cast<int>(copies.size()),
+                              .n_waiting = kept_.targets.size(),
+                              .base = kept_.base};
   run_copy(i_section, start);
   repeats_tool_ = false;
   end_kept_section(section);
@@ -84,9 +85,24 @@ void Interpreter::end_kept_section(const Section& section) {
                 .remedy = "G31 behind its last target",
                 .problem = "a section that leaves targets to its next copy"});
   }
+  if (done.unsaved_offset) {
+    pass_order(*done.unsaved_offset,
+               {.text = "",
+                .remedy = "G39,SAVE again behind it, or G36 in a section behind its G39,LOAD",
+                .problem = "G36 behind G39,SAVE of its section, with which Excellon stores it"});
+  }
+  if (done.uses_base && kept_.base != done.base && done.n_copies > 1) {
+    pass_order(section.closing.number,
+               {.text = "",
+                .remedy = "G30, G31, G34 and G39,LOAD# in a section of their own",
+                .problem = "an offset (G36) in G39,SAVE or G39,LOAD, whose section changes the "
+                           "correction that it stands on"});
+  }
   for (int i = 1; done.saved && i <= done.n_copies; ++i) {
-    kept_.sets[i] = *done.saved;
-    kept_.sets[i].copy = i;
+    KeptSet& set = kept_.sets[i];
+    set.correction = *done.saved;
+    set.correction.copy = i;
+    set.base = set.is_offset_alone() ? std::optional(done.base) : std::nullopt;
   }
 }
 
@@ -171,9 +187,7 @@ void Interpreter::keep_target(const Block& block, Command command, const TargetP
 void Interpreter::keep_pattern_target(const Block& block, const Position<frame::Nominal>& nominal) {
   KeptOffsets& offsets = kept_.offsets;
   OpticalOrder order{.text = "G36", .target = nominal, .ends_with_copy = true};
-  if (kept_.section && kept_.section->saved) {
-    order.remedy = "G36 before G39,SAVE";  // Excellon would store it as well
-  } else if (offsets.has_outer) {
+  if (offsets.has_outer) {
     order.remedy = "G34 before the section";
     order.problem = "G36 under an offset from outside of its section";
   } else if (offsets.n_targets > 0) {
@@ -184,7 +198,10 @@ void Interpreter::keep_pattern_target(const Block& block, const Position<frame::
   offsets.has_own = true;
   ++offsets.n_targets;
   if (!order.remedy.empty()) return;
-  if (kept_.section) ++kept_.section->n_targets;
+  if (kept_.section) {
+    ++kept_.section->n_targets;
+    if (kept_.section->saved) kept_.section->unsaved_offset = block.line;
+  }
   const std::array targets = {nominal};
   emitter_.put(block.line, VisionSeries{CorrectionLevel::Nested, targets});
 }
@@ -210,6 +227,7 @@ void Interpreter::keep_series(const Block& block) {
   }
   pass_order(block.line, order);
   kept_.n_of_last = 0;
+  kept_.base = ++kept_.n_bases;
   if (!order.remedy.empty()) return;
   kept_.n_of_last = static_cast<int>(targets.size());
   if (section != nullptr) {
@@ -235,8 +253,12 @@ void Interpreter::keep_end(const Block& block, Command command) {
     kept_.n_of_last = 0;
     kept_.offsets.has_own = false;
     kept_.offsets.n_targets = 0;
-    if (kept_.section) kept_.section->n_waiting = 0;
+    if (kept_.section) {
+      kept_.section->n_waiting = 0;
+      kept_.section->has_series = false;
+    }
   }
+  kept_.base = 0;
   emitter_.put(block.line, CancelCorrection{CorrectionLevel::Base});
 }
 
@@ -303,23 +325,30 @@ void Interpreter::keep_set(const Block& block) {
   if (kept.stored) emitter_.put(block.line, *kept.stored);
 }
 
-/// Every copy of the section keeps what it has measured.
+/// Every copy of the section keeps what it has measured: G31, an offset on top of it, or an offset
+/// alone, on top of what is in force round the section. A second G39,SAVE may add the offset: both
+/// mean the same location.
 Interpreter::KeptOrder Interpreter::save_of_copies(const std::optional<int>& location) {
   KeptSection& section = *kept_.section;
   if (location) {
     kept_.sets.erase(*location);  // the last copy's
     return {"G39,SAVE without a number in a section", {}};
   }
-  if (section.saved) return {"one G39,SAVE in a section", {}};
+  const bool is_offset = kept_.offsets.has_own;
+  const bool adds_offset = is_offset && section.saved && !section.saved->is_offset;
+  if (section.saved && !adds_offset) return {"one G39,SAVE in a section", {}};
   if (section.has_loaded) return {"G39,SAVE and G39,LOAD in sections of their own", {}};
-  if (!section.has_series || !kept_.targets.empty()) {
+  const bool stands_on_outer = is_offset && kept_.base == section.base;
+  if (!(section.has_series || stands_on_outer) || !kept_.targets.empty()) {
     return {"G32 and G31 before it in the same section", {}};
   }
   if (section.has_late_series) return {"G36 behind G31", {}};
-  const bool is_offset = kept_.offsets.has_own;
   const CorrectionLevel level = is_offset ? CorrectionLevel::Nested : CorrectionLevel::Base;
-  section.saved = StoredCorrection{
-      StoredCorrectionKind::Keep, ++kept_.n_labels, level, section.n_targets, is_offset};
+  const int label = section.saved ? section.saved->label : ++kept_.n_labels;
+  section.saved =
+      StoredCorrection{StoredCorrectionKind::Keep, label, level, section.n_targets, is_offset};
+  section.uses_base |= !section.has_series;
+  section.unsaved_offset.reset();
   return {{}, section.saved};
 }
 
@@ -333,8 +362,9 @@ Interpreter::KeptOrder Interpreter::save_at(const std::optional<int>& location) 
   }
   const StoredCorrection keep{
       StoredCorrectionKind::Keep, ++kept_.n_labels, CorrectionLevel::Base, kept_.n_of_last};
-  kept_.sets[*location] = keep;
-  kept_.sets[*location].copy = 1;
+  KeptSet& set = kept_.sets[*location];
+  set = {keep, kept_.base};
+  set.correction.copy = 1;
   return {{}, keep};
 }
 
@@ -348,8 +378,27 @@ Interpreter::KeptOrder Interpreter::load_kept(const std::optional<int>& location
   }
   KeptOrder kept = kept_.section && !location ? load_of_copies() : load_from(location);
   kept_.offsets.has_own = kept.stored ? kept.stored->is_offset : kept_.may_load_offset;
+  if (!kept.stored) kept_.base = ++kept_.n_bases;
   return kept;
 }
+
+/// The base correction that comes into force with a set, but with an offset alone: Excellon puts
+/// that on top of what is in force, G39,LOAD puts both in force. False: they are not the same.
+bool Interpreter::take_base_of(const KeptSet& set) {
+  if (set.is_offset_alone()) {
+    if (kept_.section) kept_.section->uses_base = true;
+    return set.base == kept_.base;
+  }
+  kept_.base = set.base ? *set.base : ++kept_.n_bases;
+  return true;
+}
+
+namespace {
+
+constexpr std::string_view kOnAnother =
+    "G39,LOAD of an offset (G36) under the correction that it was measured under";
+
+}  // namespace
 
 /// Each copy of the section takes what the copy with its number has kept.
 Interpreter::KeptOrder Interpreter::load_of_copies() {
@@ -358,12 +407,14 @@ Interpreter::KeptOrder Interpreter::load_of_copies() {
   if (section.has_loaded) return {"one G39,LOAD without a number in a section", {}};
   for (int i = 1; i <= section.n_copies; ++i) {
     const auto set = kept_.sets.find(i);
-    const bool is_own = set != kept_.sets.end() && set->second.copy == i &&
-                        set->second.label == kept_.sets.begin()->second.label;
+    const bool is_own = set != kept_.sets.end() && set->second.correction.copy == i &&
+                        set->second.correction.label == kept_.sets.begin()->second.correction.label;
     if (!is_own) return {"a section that saves the corrections of these copies, by G39,SAVE", {}};
   }
+  const KeptSet& first = kept_.sets.begin()->second;
+  if (!take_base_of(first)) return {kOnAnother, {}};
   section.has_loaded = true;
-  StoredCorrection use = kept_.sets.begin()->second;
+  StoredCorrection use = first.correction;
   use.kind = StoredCorrectionKind::Use;
   use.copy = 0;
   return {{}, use};
@@ -372,7 +423,8 @@ Interpreter::KeptOrder Interpreter::load_of_copies() {
 Interpreter::KeptOrder Interpreter::load_from(const std::optional<int>& location) {
   const auto set = location ? kept_.sets.find(*location) : kept_.sets.end();
   if (set == kept_.sets.end()) return {"G39,SAVE# with that number, right behind G31", {}};
-  StoredCorrection use = set->second;
+  if (!take_base_of(set->second)) return {kOnAnother, {}};
+  StoredCorrection use = set->second.correction;
   use.kind = StoredCorrectionKind::Use;
   return {{}, use};
 }

@@ -218,6 +218,32 @@ TEST(StoredTranslation, RandomJobsDrillTheSameHolesAtTheSamePlaces) {
   });
 }
 
+/// What translate has written itself. Targets are looked for where they are nominally.
+TEST(StoredTranslation, RandomJobsComeBack) {
+  check_compared("stored corrections there and back", 0.1, [] {
+    const StoredJob job;
+    const Translation there = translate(job.text(), Dialect::SiebMeyer);
+    if (!there.errors.empty() || there.is_refused) return false;
+    const Translation back = translate(there.text, Dialect::Excellon);
+    RC_LOG(there.text);
+    RC_LOG(back.text);
+    for (const std::string& loss : back.losses) RC_LOG(loss);
+    RC_ASSERT(back.errors.empty());
+    RC_CLASSIFY(!back.is_refused, "came back");
+    if (back.is_refused) return false;
+    FunctionSource panel = small_boards();
+    FunctionSource panel_after = small_boards();
+    const WorkRun before = run_on(panel, there.text);
+    const WorkRun after = run_on(panel_after, back.text);
+    if (!after.errors.empty()) RC_LOG(after.errors.front());
+    RC_ASSERT(after.errors.empty());
+    const double worst_um = distance_um(before, panel, after, panel_after, true);
+    RC_ASSERT(worst_um >= 0);
+    RC_ASSERT(worst_um < test::kSameFit_um);
+    return true;
+  });
+}
+
 TEST(StoredTranslation, ExcellonKeepsItsOwnRandomJobs) {
   check_compared("stored corrections in their own language", 0.2, [] {
     const StoredJob job;
