@@ -156,6 +156,7 @@ class Interpreter {
     KeptOffsets offsets;
     bool may_load_offset = false;  ///< a set was saved under one
     int n_of_last = 0;             ///< targets of the last correction, if it was calculated
+    bool is_fit_in_force = false;  ///< no other correction came behind the last G31 or REQCOMP
     std::optional<std::int64_t> turned_off_in;  ///< the block of the last G30
     std::optional<KeptSection> section;         ///< that is passed on
     int n_labels = 0;
@@ -331,7 +332,7 @@ class Interpreter {
   void keep_optical_order(const Block& block, Command command);
   void keep_target(const Block& block, Command command, const TargetPlace& target);
   void keep_pattern_target(const Block& block, const Position<frame::Nominal>& nominal);
-  void keep_series(const Block& block);
+  void keep_series(int line, std::string_view text);
   void keep_end(const Block& block, Command command);
   void keep_set(const Block& block);
   KeptOrder save_of_copies(const std::optional<int>& location);

@@ -68,6 +68,7 @@ void Interpreter::run_kept(int i_section) {
   kept_.section = KeptSection{.n_copies = static_cast<int>(copies.size()),
                               .n_waiting = kept_.targets.size(),
                               .base = kept_.base};
+  kept_.is_fit_in_force = false;  // the second copy may begin with another correction
   run_copy(i_section, start);
   repeats_tool_ = false;
   end_kept_section(section);
@@ -150,7 +151,7 @@ void Interpreter::keep_optical_order(const Block& block, Command command) {
       }
       return;
     case Command::CorrectionOn:
-      return keep_series(block);
+      return keep_series(block.line, "G31");
     default:
       return keep_end(block, command);
   }
@@ -173,10 +174,12 @@ Command written_slot(Command command, const Placement& copy, const Placement& wr
 void Interpreter::keep_target(const Block& block, Command command, const TargetPlace& target) {
   const int mode = settings_.measurement_mode;
   const bool is_layer = (mode == 2 || mode == 3) && command == Command::Measure;
+  // G39,REQCOMP needs mode 3.
   const std::string_view remedy =
-      mode == 5  ? "targets that show both coordinates, and [vision] mode = 1"
-      : is_layer ? "one layer of each target: G33 alone, or [vision] mode = 1"
-                 : "";
+      mode == 5               ? "targets that show both coordinates, and [vision] mode = 1"
+      : is_layer && mode == 3 ? "one layer of each target: G33 alone"
+      : is_layer              ? "one layer of each target: G33 alone, or [vision] mode = 1"
+                              : "";
   const Command written = mode == 5 ? written_slot(command, target.placement, frame_) : command;
   const std::string text = code_text(written);
   pass_order(block.line, {.text = text, .target = target.nominal, .remedy = remedy});
@@ -197,6 +200,7 @@ void Interpreter::keep_pattern_target(const Block& block, const Position<frame::
   pass_order(block.line, order);
   offsets.has_own = true;
   ++offsets.n_targets;
+  kept_.is_fit_in_force = false;
   if (!order.remedy.empty()) return;
   if (kept_.section) {
     ++kept_.section->n_targets;
@@ -206,28 +210,31 @@ void Interpreter::keep_pattern_target(const Block& block, const Position<frame::
   emitter_.put(block.line, VisionSeries{CorrectionLevel::Nested, targets});
 }
 
-/// G31.
-void Interpreter::keep_series(const Block& block) {
+/// G31, and G39,REQCOMP, which is answered by the same fit. Without targets since they would put in
+/// force what is in force already, or what was before another order; Excellon cannot say that.
+void Interpreter::keep_series(int line, std::string_view text) {
+  if (kept_.targets.empty() && kept_.is_fit_in_force) return pass_order(line, {.text = text});
   const std::vector<Position<frame::Nominal>> targets = std::exchange(kept_.targets, {});
   KeptSection* const section = kept_.section ? &*kept_.section : nullptr;
   const bool takes_others =
       section != nullptr && section->n_copies > 1 && std::exchange(section->n_waiting, 0) > 0;
-  OpticalOrder order{.text = "G31"};
+  OpticalOrder order{.text = text};
   if (targets.empty()) {
-    order.remedy = "targets (G32) ahead of every G31";
+    order.remedy = "G34 and its targets (G33) once more before it";
     order.ends_with_copy = kept_.offsets.has_outer;
   } else if (section != nullptr && section->saved) {
-    order.remedy = "G31 before G39,SAVE";
+    order.remedy = "it before G39,SAVE";
   } else if (takes_others) {
     order.remedy = "all targets in the section";
-    order.problem = "G31 with targets from ahead of its section, which one copy takes";
+    order.problem = "a fit with targets from ahead of its section, which one copy takes";
   } else if (targets.size() == 2 && options_.sieb_meyer.fits_scale) {
     order.remedy = "three targets, or [vision] scale = false";
     order.problem = "a scale fitted to two targets";
   }
-  pass_order(block.line, order);
+  pass_order(line, order);
   kept_.n_of_last = 0;
   kept_.base = ++kept_.n_bases;
+  kept_.is_fit_in_force = order.remedy.empty();
   if (!order.remedy.empty()) return;
   kept_.n_of_last = static_cast<int>(targets.size());
   if (section != nullptr) {
@@ -236,7 +243,7 @@ void Interpreter::keep_series(const Block& block) {
     section->n_targets += kept_.n_of_last;
   }
   kept_.offsets.has_own = false;
-  emitter_.put(block.line, VisionSeries{CorrectionLevel::Base, targets});
+  emitter_.put(line, VisionSeries{CorrectionLevel::Base, targets});
 }
 
 /// G30, which clears as well where it comes twice running, and G34.
@@ -259,6 +266,7 @@ void Interpreter::keep_end(const Block& block, Command command) {
     }
   }
   kept_.base = 0;
+  kept_.is_fit_in_force = false;
   emitter_.put(block.line, CancelCorrection{CorrectionLevel::Base});
 }
 
@@ -288,6 +296,7 @@ SetOrder set_order(std::string_view text) {
 /// In the language itself the order goes on as it is. Without a number of its own it means that of
 /// the copy, which has to be written where copies are executed one by one.
 void Interpreter::keep_set(const Block& block) {
+  if (block.argument == "REQCOMP") return keep_series(block.line, "G39,REQCOMP");
   const SetOrder order = set_order(block.argument);
   const bool has_location = order.kind == SetOrderKind::Save || order.kind == SetOrderKind::Load ||
                             order.kind == SetOrderKind::Clear;
@@ -316,9 +325,8 @@ void Interpreter::keep_set(const Block& block) {
       break;
     case SetOrderKind::Other:
       kept_.targets.clear();  // it uses them up
-      kept.remedy = block.argument == "REQCOMP"
-                        ? "G31 in its place"
-                        : "the offset calibrated by the control that drills (G39X#Y#, $uvis,calib)";
+      kept_.is_fit_in_force = false;
+      kept.remedy = "the offset calibrated by the control that drills (G39X#Y#, $uvis,calib)";
       break;
   }
   pass_order(block.line, {.text = text, .remedy = kept.remedy, .ends_with_copy = ends_with_copy});
@@ -372,6 +380,7 @@ Interpreter::KeptOrder Interpreter::save_at(const std::optional<int>& location) 
 /// the set is of the same base correction.
 Interpreter::KeptOrder Interpreter::load_kept(const std::optional<int>& location) {
   kept_.n_of_last = 0;
+  kept_.is_fit_in_force = false;
   if (kept_.offsets.has_outer) {
     kept_.offsets.has_own = kept_.may_load_offset;
     return {"G34 before the section, which ends the offset (CAMA) from outside of it", {}};

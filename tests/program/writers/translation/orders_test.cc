@@ -96,6 +96,16 @@ TEST(OwnOrders, SlotsAndLayersKeepTheirMode) {
   EXPECT_THAT(in_mode(5, slots), HasSubstr('\n' + slots + "G31\n"));
 }
 
+/// Also where the camera computer's values are in force already.
+TEST(OwnOrders, RequestsAreLeftToTheCameraComputer) {
+  WalkOptions options;
+  options.sieb_meyer.measurement_mode = 3;
+  const std::string body =
+      "X0.Y0.G32\nX0.Y0.G33\nX190.Y0.G33\nG39,REQCOMP\nX1.Y1.T1\nG30\nX2.Y2.\nG39,REQCOMP\nG31\n"
+      "G39,REQCOMP\nX3.Y3.\n";
+  EXPECT_THAT(same_orders(sieb_meyer(body), options), HasSubstr('\n' + body));
+}
+
 TEST(OwnOrders, PatternsAreMeasuredAtTwoTargets) {
   const std::string text =
       same_orders(sieb_meyer(std::string(kThreeTargets) +

@@ -67,7 +67,7 @@ TEST(StoredTranslation, RefusesTargetsThatOneCopyWouldTake) {
   for (const std::string save : {"G39,SAVE\n", "X7.Y7.T1\n"}) {
     EXPECT_THAT(refusals_of("X5.Y45.G32\nM31\n" + two + save + kOffsets),
                 testing::Contains(test::Reports("p:6: error[translation-refused]",
-                                                "G31 with targets from ahead of its section")));
+                                                "a fit with targets from ahead of its section")));
     EXPECT_THAT(refusals_of("M31\n" + two + save + "X5.Y45.G32\n" + kOffsets + "G34\n"),
                 testing::Contains(test::Reports("p:11: error[translation-refused]",
                                                 "leaves targets to its next copy")));
