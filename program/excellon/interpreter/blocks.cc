@@ -98,6 +98,7 @@ bool Interpreter::read_words(const Block& block,
 bool Interpreter::move_to(const Block& block,
                           const std::array<std::optional<double>, 2>& xy_mm,
                           AxisUser user) {
+  if (steps_comment_ && !agrees_with_comment(block)) return false;
   for (std::size_t axis = 0; axis < 2; ++axis) {
     const AxisUser before = modal_.user[axis];
     const bool is_fresh = before == AxisUser::None || before == user ||
