@@ -86,7 +86,7 @@ void Interpreter::pass_on_header() {
   for (const HeaderSetting& setting : header_.settings) {
     if (is_tool_link(setting.text)) emitter_.links().link(setting.text);
     if (setting.text == "/") emitter_.links().clear();
-    emitter_.put(setting.line, Setting{setting.text, SettingKind::Header});
+    pass_on(setting.line, setting.text, SettingKind::Header);
   }
   if (header_.zero_set) {
     emitter_.put(header_.end_line > 0 ? header_.end_line : header_.zero_line,
@@ -137,7 +137,7 @@ void Interpreter::run_line(const SourceLine& line) {
                               .nominal = {},
                               .placement = {},
                               .work_zero = place_.work_zero});
-      emitter_.put(line.number, Setting{line.text, SettingKind::Vision});
+      pass_on(line.number, line.text, SettingKind::Vision);
       break;
     case LineKind::BlockDelete:
       run_slashed(line);
@@ -412,7 +412,7 @@ void Interpreter::run_without_operands(const Block& block, Command command) {
       return;
     case Command::OverrideFeedSpeed:
       body_rates_ = true;
-      return emitter_.put(block.line, Setting{block.text});
+      return pass_on(block.line, block.text);
     case Command::CompensationOff:
       return switch_compensation(block, CompensationSide::Off);
     case Command::CompensationLeft:

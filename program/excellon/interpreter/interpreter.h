@@ -172,6 +172,10 @@ class Interpreter {
   OptionAgain compare_with_header(const Block& block, const HeaderCommand& command);
   bool is_late_unit(LengthUnit unit) const;
   void pass_on_setting(const Block& block);
+  /// Passes on a setting as written, in the unit in force.
+  void pass_on(int line, std::string_view text, SettingKind kind = SettingKind::Body) {
+    emitter_.put(line, Setting{text, kind, format().unit});
+  }
   void check_comment(const SourceLine& line);
   void refuse_comment(const SourceLine& line, const PartialFormat& parts, bool is_left_open);
   bool agrees_with_comment(const Block& block);

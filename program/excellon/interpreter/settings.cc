@@ -374,7 +374,7 @@ void Interpreter::pass_on_setting(const Block& block) {
         quoted(block.text) + " is not in the number format of the header, " + written.summary(),
         "one unit, stated in the header");
   }
-  emitter_.put(block.line, Setting{block.text});
+  pass_on(block.line, block.text);
 }
 
 }  // namespace panelcal::excellon
