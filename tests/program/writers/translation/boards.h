@@ -52,6 +52,14 @@ std::string same_holes(const std::string& text,
                        const WalkOptions& options = {},
                        std::size_t n_losses = 0);
 
+/// The translation, expected to work at the same places on small boards that bulge; in its own
+/// language, in the same way. Losses are others' affair.
+std::string same_strokes(const std::string& text, Dialect to, const WalkOptions& options = {});
+
+/// The same of a SIEB & MEYER program in its own language, expected to ask for the same as well,
+/// and to lose nothing.
+std::string same_orders(const std::string& text, const WalkOptions& options = {});
+
 /// A program with tools 1 and 2 and vision tool 1; lines of the body count from 7.
 std::string boards_in_excellon(const std::string& body);
 

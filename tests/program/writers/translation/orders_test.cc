@@ -20,6 +20,7 @@ using test::difference_of_work;
 using test::FunctionSource;
 using test::Reports;
 using test::run_on;
+using test::same_orders;
 using test::sieb_meyer;
 using test::small_boards;
 using test::translate;
@@ -28,23 +29,6 @@ using test::WorkRun;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-
-/// The translation into the language itself: it asks for the same and does the same work.
-std::string same_orders(const std::string& text, const WalkOptions& options = {}) {
-  const Translation same = translate(text, Dialect::SiebMeyer, options);
-  EXPECT_THAT(same.errors, IsEmpty());
-  EXPECT_THAT(same.losses, IsEmpty());
-  FunctionSource panel = small_boards();
-  BulgingBoard board;
-  const WorkRun before = run_on(panel, board, text, options);
-  const WorkRun after = run_on(panel, board, same.text, options);
-  EXPECT_THAT(before.errors, IsEmpty());
-  EXPECT_THAT(after.errors, IsEmpty()) << same.text;
-  EXPECT_FALSE(work_of(before.events).empty());
-  EXPECT_TRUE(asks_alike(before, after)) << same.text;
-  EXPECT_EQ(difference_of_work(before, after), "") << same.text;
-  return same.text;
-}
 
 // --- optical measurement (9) -------------------------------------------------------------------
 
