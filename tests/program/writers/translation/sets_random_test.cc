@@ -188,8 +188,11 @@ class MeasuringJob {
     if (comes_up(4)) add_holes();
     const int kind = drawn(0, 3);
     if (kind == 0) {
-      add_series();
-      if (comes_up(4)) text_ += "M49,CAMA\nX25.Y25.G36\n";
+      constexpr const char* kOffset = "M49,CAMA\nX25.Y25.G36\n";
+      const bool has_series = !comes_up(4);  // else an offset alone
+      if (has_series) add_series();
+      if (has_series && comes_up(6)) text_ += "G39,SAVE\n";
+      if (!has_series || comes_up(4)) text_ += kOffset;
       if (comes_up()) add_holes();
       text_ += "G39,SAVE\n";
       n_saved_ = n_copies;
