@@ -29,6 +29,18 @@ inline bool has_length(std::string_view setting) {
          setting.find_first_of("0123456789") != setting.npos;
 }
 
+/// A setting of either language whose text may have lengths: those above, CP, ZC, CAN_TEXT_OFF,
+/// G39, orders of the camera, M49. An output whose lengths are mm states the unit of its text.
+inline bool may_have_length(std::string_view setting) {
+  constexpr std::array<std::string_view, 7> kBegins = {
+      "CP,", "ZC,", "CAN_TEXT_OFF", "G39", "$uvis,searcharea", "$uvis,focus", "M49,"};
+  const auto begins = [&](std::string_view word) { return setting.starts_with(word); };
+  const auto comma = setting.find(',');
+  const std::string_view fields = comma == setting.npos ? setting : setting.substr(comma);
+  return (has_length(setting) || std::ranges::any_of(kBegins, begins)) &&
+         fields.find_first_of("0123456789") != fields.npos;
+}
+
 /// The fields of a setting or order that may be lengths: those behind its word. The first one of
 /// PCKPARAM is a tool, of CP an index; of G34 only the last one is a length.
 inline std::string_view lengths_of(std::string_view setting) {
