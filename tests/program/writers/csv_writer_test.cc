@@ -85,7 +85,7 @@ TEST(CsvWriter, WritesHowDeepAHoleIs) {
   writer.put({14, {}, hole, {}, nullptr});
   ASSERT_TRUE(writer.finish());
   EXPECT_TRUE(bytes.text().starts_with("drill,14,,1,4.75,6.5,105,207,0.002,0.003,,"));
-  EXPECT_TRUE(bytes.text().ends_with(",,0.4,3.25,,,,,,,plane,slm,1.5,20\n")) << bytes.text();
+  EXPECT_TRUE(bytes.text().ends_with(",,0.4,3.25,,,,,,,plane,slm,1.5,20,\n")) << bytes.text();
 }
 
 TEST(CsvWriter, WritesTheRiskOfAHole) {
@@ -328,7 +328,7 @@ TEST(CsvWriter, NamesTheStoredPattern) {
   CsvWriter writer(bytes);
   writer.put({3, {}, Dwell{seconds(1)}, "a,b.pat", nullptr});
   ASSERT_TRUE(writer.finish());
-  EXPECT_TRUE(bytes.text().ends_with(",\"a,b.pat\",,,,,,,,,,,,,\n")) << bytes.text();
+  EXPECT_TRUE(bytes.text().ends_with(",\"a,b.pat\",,,,,,,,,,,,,,\n")) << bytes.text();
 }
 
 }  // namespace

@@ -246,7 +246,7 @@ struct Runs {
 
 /// Whatever is not refused drills the same holes.
 TEST(RandomSets, SavedCorrectionsAreTheSameInExcellon) {
-  check_compared("saved corrections in Excellon", 0.2, [] {
+  check_compared("saved corrections in Excellon", 0.3, [] {
     const Runs runs(MeasuringJob(false), Dialect::Excellon);
     RC_CLASSIFY(!runs.before.errors.empty(), "not executable");
     RC_CLASSIFY(runs.has_form, "translated");
@@ -267,7 +267,7 @@ bool is_of_written_out_copy(const std::string& refusal) {
 }
 
 TEST(RandomSets, SiebMeyerKeepsItsOwnSets) {
-  check_compared("saved corrections in their own language", 0.2, [] {
+  check_compared("saved corrections in their own language", 0.3, [] {
     const Runs runs(MeasuringJob(true), Dialect::SiebMeyer);
     RC_CLASSIFY(!runs.before.errors.empty(), "not executable");
     RC_CLASSIFY(runs.has_form, "translated");
