@@ -91,7 +91,19 @@ void SiebMeyerWriter::write(const Setting& setting) {
   }
   if (setting.text.starts_with(kCommand) && is_obeyed(setting.text.substr(kCommand.size()))) return;
   if (info().format.unit == LengthUnit::Inch) return write_in_mm(setting.text);
-  line(setting.text);
+  if (!was_nibbling_told(setting.text)) line(setting.text);
+}
+
+/// True for what the control was told last of how it nibbles. A copy of a pattern begins as the
+/// copy before it ended, so that nothing is known there.
+bool SiebMeyerWriter::was_nibbling_told(std::string_view setting) {
+  constexpr std::string_view kRoughness = "M49,NIB";
+  const bool is_order = setting == "M49,NIBO" || setting == "M49,NONIBO";
+  if (!is_order && !setting.starts_with(kRoughness)) return false;
+  std::string& told = nibbling_[is_order ? 0 : 1];
+  if (told == setting) return true;
+  told = n_open_patterns_ > 0 ? std::string_view() : setting;
+  return false;
 }
 
 /// A CNC command of a source in inch: this program is in millimetres.
@@ -133,6 +145,7 @@ void SiebMeyerWriter::write(const PatternBegin&) {
   pattern_ = {};
   up_at_.reset();
   feed_.reset();
+  nibbling_ = {};
   begin_depths_of_copy();
   pattern_mode_.reset();
 }
