@@ -77,9 +77,7 @@ void SiebMeyerWriter::note_pecking(FunctionKind kind) {
 void SiebMeyerWriter::write(const Setting& setting) {
   if (is_foreign()) return write_foreign(setting);
   if (setting.kind == SettingKind::Vision && !options().keeps_vision) {
-    // The others were executed.
-    if (setting.text.starts_with("M75")) lose(quoted(setting.text));
-    return;
+    return lose_vision(setting.text);
   }
   constexpr std::string_view kCommand = "M49,";
   constexpr std::string_view kAxes = "M49,FV";
@@ -125,7 +123,8 @@ void SiebMeyerWriter::write_foreign(const Setting& setting) {
   const std::string_view key = setting_key(setting.text);
   if (is_spelling(key)) return;
   if (setting.kind == SettingKind::Vision) {
-    if (!options().keeps_vision || setting.text.starts_with("$uvis,alg,")) return;
+    if (!options().keeps_vision) return lose_vision(setting.text);
+    if (setting.text.starts_with("$uvis,alg,")) return;
     if (key == "G34") return refuse(quoted(setting.text), "G34,# with one vision tool");
   }
   if (is_tool_link(setting.text) || setting.text == "/") return lose_once("a link of tools");
