@@ -19,6 +19,14 @@ std::string_view setting_key(std::string_view text) {
   return text.substr(0, text.find_first_of(", \t"));
 }
 
+bool is_left_to_vision(std::string_view text) {
+  constexpr std::array<std::string_view, 4> kOrders = {
+      "M75", "$uvis,auto,", "$uvis,entry,", "$uvis,box,"};
+  text.remove_prefix(std::min(text.find_first_not_of(" \t"), text.size()));
+  return std::ranges::any_of(kOrders,
+                             [&](std::string_view order) { return text.starts_with(order); });
+}
+
 bool is_spelling(std::string_view key) {
   constexpr std::array<std::string_view, 16> kSpelling = {"FMAT",
                                                           "METRIC",

@@ -10,6 +10,10 @@ namespace panelcal {
 /// The word of an Excellon setting: PCKPARAM of `PCKPARAM,1`.
 std::string_view setting_key(std::string_view text);
 
+/// True for an order to the vision system that no walk obeys, so that nothing of it is in what is
+/// executed: M75, and the `$uvis` switches auto, entry and box.
+bool is_left_to_vision(std::string_view text);
+
 /// True for a setting of the notation of numbers and modes in Excellon: a writer has its own.
 bool is_spelling(std::string_view key);
 

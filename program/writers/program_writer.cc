@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "program/model/placement.h"
+#include "program/writers/foreign_settings.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -106,6 +107,10 @@ void ProgramWriter::count_digits(std::string_view number) {
         fits_whole ? fmt::format("{} has {} digits", quoted(number), n)
                    : fmt::format("{} has no place in {}", quoted(number), digits_.form()),
         std::move(expected)});
+}
+
+void ProgramWriter::lose_vision(std::string_view setting) {
+  if (is_left_to_vision(setting)) lose(quoted(setting));
 }
 
 void ProgramWriter::lose_tool_table() {

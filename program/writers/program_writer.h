@@ -75,6 +75,10 @@ class ProgramWriter : public TextWriter {
   /// problem once.
   void refuse_unsaid(const std::string& problem, std::string expected);
 
+  /// A setting of the vision system in a program without vision commands. Most were executed; those
+  /// that no walk obeys are lost.
+  void lose_vision(std::string_view setting);
+
   /// Magazines and dwells of tools, which a SIEB & MEYER source states in its tool table.
   void lose_tool_table();
 

@@ -218,7 +218,8 @@ bool GcodeWriter::write_arc(const Rout& rout, const Place& to, Feed feed, std::s
 }
 
 /// The tool may be up already: M16 and M17 may stand anywhere.
-void GcodeWriter::write(const Retract&) {
+void GcodeWriter::write(const Retract& retract) {
+  if (retract.with_clamping) lose_once("clamping while the router is raised (M16)");
   if (height_ != Height::Down) return;
   if (!work_.retract) return rise();
   say_move("G1", word('Z', steps(setting_.safe_z.in_mm())), *work_.retract);

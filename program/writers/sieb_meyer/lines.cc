@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "program/sieb_meyer/figures/drill_patterns.h"
 #include "program/writers/fixed_point.h"
 #include "program/writers/sieb_meyer/writer.h"
 #include <fmt/format.h>
@@ -52,6 +53,11 @@ void SiebMeyerWriter::state_control(int axis_version) {
   states_control_ = true;
   write_in_axes(axis_version);
   line(fmt::format("M49,FV{}", axis_version));
+  // Slots (G85) are drilled as `run` lists them, whatever the control was left with.
+  const std::string roughness =
+      number_text(sieb_meyer::Nibbling{}.roughness_mm, digits().n_decimals);
+  nibbling_ = {"M49,NONIBO", "M49,NIB" + roughness};
+  for (const std::string& command : nibbling_) line(command);
   line("M49,NORA");
   line("M49,NOSA");
 }

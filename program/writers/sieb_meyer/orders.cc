@@ -78,9 +78,7 @@ void SiebMeyerWriter::note_pecking(FunctionKind kind) {
 void SiebMeyerWriter::write(const Setting& setting) {
   if (is_foreign()) return write_foreign(setting);
   if (setting.kind == SettingKind::Vision && !options().keeps_vision) {
-    // The others were executed.
-    if (setting.text.starts_with("M75")) lose(quoted(setting.text));
-    return;
+    return lose_vision(setting.text);
   }
   constexpr std::string_view kCommand = "M49,";
   constexpr std::string_view kAxes = "M49,FV";
@@ -93,9 +91,22 @@ void SiebMeyerWriter::write(const Setting& setting) {
   if (setting.text.starts_with(kCommand) && is_obeyed(setting.text.substr(kCommand.size()))) return;
   const bool is_in_inch = info().format.unit == LengthUnit::Inch;
   if (is_in_inch || has_more_decimals(setting.text, digits().n_decimals)) {
+    nibbling_ = {};
     return write_in_mm(setting.text, is_in_inch ? inch(1) : mm(1));
   }
-  line(setting.text);
+  if (!was_nibbling_told(setting.text)) line(setting.text);
+}
+
+/// True for what the control was told last of how it nibbles. A copy of a pattern begins as the
+/// copy before it ended, so that nothing is known there.
+bool SiebMeyerWriter::was_nibbling_told(std::string_view setting) {
+  constexpr std::string_view kRoughness = "M49,NIB";
+  const bool is_order = setting == "M49,NIBO" || setting == "M49,NONIBO";
+  if (!is_order && !setting.starts_with(kRoughness)) return false;
+  std::string& told = nibbling_[is_order ? 0 : 1];
+  if (told == setting) return true;
+  told = n_open_patterns_ > 0 ? std::string_view() : setting;
+  return false;
 }
 
 /// A CNC command of a source in another unit, or with more digits than this program has.
@@ -118,7 +129,8 @@ void SiebMeyerWriter::write_foreign(const Setting& setting) {
   const std::string_view key = setting_key(setting.text);
   if (is_spelling(key)) return;
   if (setting.kind == SettingKind::Vision) {
-    if (!options().keeps_vision || setting.text.starts_with("$uvis,alg,")) return;
+    if (!options().keeps_vision) return lose_vision(setting.text);
+    if (setting.text.starts_with("$uvis,alg,")) return;
     if (key == "G34") return refuse(quoted(setting.text), "G34,# with one vision tool");
   }
   if (is_tool_link(setting.text) || setting.text == "/") return lose_once("a link of tools");
@@ -138,6 +150,7 @@ void SiebMeyerWriter::write(const PatternBegin&) {
   pattern_ = {};
   up_at_.reset();
   feed_.reset();
+  nibbling_ = {};
   begin_depths_of_copy();
   pattern_mode_.reset();
 }

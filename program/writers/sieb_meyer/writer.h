@@ -170,6 +170,7 @@ class SiebMeyerWriter final : public ProgramWriter {
   void write(const Setting& setting);
   void write_foreign(const Setting& setting);
   void write_in_mm(std::string_view setting, Length unit);
+  bool was_nibbling_told(std::string_view setting);
   void write(const PatternBegin& begin);
   void write(const PatternEnd& end);
   void write(const VisionSeries& series);
@@ -192,10 +193,11 @@ class SiebMeyerWriter final : public ProgramWriter {
   void switch_pattern_mode(bool is_on);
   void note_work();
 
-  bool states_control_ = false;   ///< the lines that say how the control is to be
-  std::string line_;              ///< not finished: words may follow
-  bool is_tool_up_line_ = false;  ///< that line is a T0 line
-  SourceLine line_source_;        ///< that it comes from
+  bool states_control_ = false;          ///< the lines that say how the control is to be
+  std::array<std::string, 2> nibbling_;  ///< order and roughness as told last; empty: not known
+  std::string line_;                     ///< not finished: words may follow
+  bool is_tool_up_line_ = false;         ///< that line is a T0 line
+  SourceLine line_source_;               ///< that it comes from
   PlaceWords place_words_;
   std::optional<int> pending_tool_;  ///< said in the next line with a coordinate
   int tool_ = 0;                     ///< the program's last

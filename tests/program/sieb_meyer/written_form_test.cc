@@ -192,7 +192,7 @@ constexpr auto kForms = std::to_array<Form>({
     {"M49,RA", "<M49,RA90\n>X1.Y2.T1\n", Fate::Executed, "X-2.Y1.T1"},
     {"M49,NORA", "M49,RA90\n<M49,NORA\n>X1.Y2.T1\n", Fate::Executed, "X1.Y2.T1"},
     {"M49,NIBO", "<M49,NIBO\n>X1.Y1.T1G85\nX9.Y1.\n", Fate::Written, "M49,NIBO"},
-    {"M49,NONIBO", "<M49,NONIBO\n>X1.Y1.T1G85\nX9.Y1.\n", Fate::Written, "M49,NONIBO"},
+    {"M49,NONIBO", "M49,NIBO\n<M49,NONIBO\n>X1.Y1.T1G85\nX9.Y1.\n", Fate::Executed, "M49,NONIBO"},
     {"M49,NIB", "<M49,NIB.02\n>X1.Y1.T1G85\nX9.Y1.\n", Fate::Written, "M49,NIB.02"},
     {"M49,BLKD", "<M49,BLKD\n>X5.Y5.T1\n/X1.Y1.\n", Fate::Written, "M49,BLKD"},
     {"M49,NOBLKD", "<M49,NOBLKD\n>X5.Y5.T1\n/X1.Y1.\n", Fate::Written, "M49,NOBLKD"},
@@ -376,19 +376,29 @@ TEST(SiebMeyerWrittenForm, WrittenAgainItIsTheSame) {
 // --- a program does not depend on what the control did before ------------------------------------
 
 /// "The programmed CNC commands remain active after the execution is finished" (M49).
-TEST(SiebMeyerWrittenForm, EveryProgramStatesItsAxesAndThatNothingIsScaledOrTurned) {
+TEST(SiebMeyerWrittenForm, EveryProgramStatesItsAxesItsNibblingAndThatNothingIsScaledOrTurned) {
   const auto first_lines = [](const std::string& body, std::size_t n) {
     std::vector<std::string> lines = outcome_of(body).lines;
     lines.resize(std::min(lines.size(), n));
     return lines;
   };
   using testing::ElementsAre;
-  EXPECT_THAT(first_lines("X1.Y2.T1\n", 5),
-              ElementsAre("%%5000", "M49,FV1", "M49,NORA", "M49,NOSA", "X1.Y2.T1"));
-  EXPECT_THAT(first_lines("M49,FV2\nX1.Y2.T1\n", 5),
-              ElementsAre("%%5000", "M49,FV2", "M49,NORA", "M49,NOSA", "X1.Y2.T1"));
-  EXPECT_THAT(first_lines("M49,RA90\nM49,SAX1000.Y1000.\nX1.Y2.T1M93\n", 5),
-              ElementsAre("%%5000", "M49,FV1", "M49,NORA", "M49,NOSA", "X-2.002Y1.001T1"));
+  EXPECT_THAT(
+      first_lines("X1.Y2.T1\n", 7),
+      ElementsAre(
+          "%%5000", "M49,FV1", "M49,NONIBO", "M49,NIB0.013", "M49,NORA", "M49,NOSA", "X1.Y2.T1"));
+  EXPECT_THAT(
+      first_lines("M49,FV2\nX1.Y2.T1\n", 7),
+      ElementsAre(
+          "%%5000", "M49,FV2", "M49,NONIBO", "M49,NIB0.013", "M49,NORA", "M49,NOSA", "X1.Y2.T1"));
+  EXPECT_THAT(first_lines("M49,RA90\nM49,SAX1000.Y1000.\nX1.Y2.T1M93\n", 7),
+              ElementsAre("%%5000",
+                          "M49,FV1",
+                          "M49,NONIBO",
+                          "M49,NIB0.013",
+                          "M49,NORA",
+                          "M49,NOSA",
+                          "X-2.002Y1.001T1"));
 }
 
 /// What SA alone scales is written as what M93 scales: no control has to read it in one way.
@@ -410,7 +420,7 @@ TEST(SiebMeyerWrittenForm, WritesInTheAxesThatTheSourceStates) {
 TEST(SiebMeyerWrittenForm, StopsAndOutputsStandInTheLineOfTheirPlace) {
   const auto body = [](const Outcome& outcome) {
     const auto end = std::ranges::find(outcome.lines, "$");
-    return std::vector<std::string>(outcome.lines.begin() + 4, end);
+    return std::vector<std::string>(outcome.lines.begin() + 6, end);
   };
   using testing::ElementsAre;
   EXPECT_THAT(body(outcome_of("X1.Y1.T1M20\nX2.Y1.M20M21\nX3.Y1.\n")),

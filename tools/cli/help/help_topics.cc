@@ -3,6 +3,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
+#include <initializer_list>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "calib/base/append_format.h"
 #include "calib/base/diagnostic.h"
@@ -59,6 +64,66 @@ void append_row(std::string& out,
                           effect,
                           section,
                           test);
+}
+
+/// What becomes of the commands of a table.
+struct Treated {
+  std::size_t n_working = 0;
+  std::size_t n_passed_on = 0;
+  std::size_t n_refused = 0;
+
+  Treated& operator+=(const Treated& other) {
+    n_working += other.n_working;
+    n_passed_on += other.n_passed_on;
+    n_refused += other.n_refused;
+    return *this;
+  }
+};
+
+/// Of a table without a column for it: what the machine alone has to do with begins with "Passed
+/// on".
+template <class Row>
+Treated treated(std::span<const Row> rows) {
+  const auto n_passed_on = static_cast<std::size_t>(std::ranges::count_if(
+      rows, [](const Row& row) { return std::string_view(row.effect).starts_with("Passed on"); }));
+  return {.n_working = rows.size() - n_passed_on, .n_passed_on = n_passed_on};
+}
+
+void append_counts(std::string& out,
+                   std::initializer_list<std::pair<std::string_view, Treated>> tables) {
+  out +=
+      "\n## Counts\n\n"
+      "Of the rows above. *works*: panelcal acts on it; *passed on*: the machine has it to do, "
+      "since it changes no coordinate; *refused*: an error, for the reason in its row.\n\n"
+      "| table | rows | works | passed on | refused |\n| --- | --- | --- | --- | --- |\n";
+  const auto append = [&](std::string_view table, const Treated& rows) {
+    internal::append_format(out,
+                            "| {} | {} | {} | {} | {} |\n",
+                            table,
+                            rows.n_working + rows.n_passed_on + rows.n_refused,
+                            rows.n_working,
+                            rows.n_passed_on,
+                            rows.n_refused);
+  };
+  Treated all;
+  for (const auto& [table, rows] : tables) {
+    append(table, rows);
+    all += rows;
+  }
+  append("all", all);
+}
+
+void append_excellon_counts(std::string& out) {
+  Treated body = treated(excellon::command_table());
+  body += treated(excellon::word_table());
+  const std::vector<excellon::HeaderWordInfo> words = excellon::header_word_table();
+  const auto n_of = [&](std::string_view kind) {
+    return static_cast<std::size_t>(
+        std::ranges::count(words, kind, &excellon::HeaderWordInfo::kind));
+  };
+  const Treated header{n_of("handled"), n_of("passed"), n_of("refused")};
+  const Treated format_one{.n_working = excellon::format_one_table().size()};
+  append_counts(out, {{"Body", body}, {"Header", header}, {"Format One", format_one}});
 }
 
 std::string excellon_page() {
@@ -135,6 +200,7 @@ std::string excellon_page() {
     internal::append_format(
         out, "| `{}{:02}` | `{}` |\n", row.letter, row.number, excellon::code_text(row.command));
   }
+  append_excellon_counts(out);
   return out;
 }
 
@@ -170,6 +236,18 @@ void append_sieb_meyer_row(std::string& out, std::string_view form, const Row& r
                           row.test);
 }
 
+void append_sieb_meyer_counts(std::string& out) {
+  Treated lines = treated(sieb_meyer::command_table());
+  lines += treated(sieb_meyer::word_table());
+  using sieb_meyer::Treatment;
+  const auto n_of = [](Treatment treatment) {
+    return static_cast<std::size_t>(
+        std::ranges::count(sieb_meyer::cnc_table(), treatment, &sieb_meyer::CncInfo::treatment));
+  };
+  const Treated cnc{n_of(Treatment::Obeyed), n_of(Treatment::Passed), n_of(Treatment::Refused)};
+  append_counts(out, {{"Program lines", lines}, {"CNC commands", cnc}});
+}
+
 std::string sieb_meyer_page() {
   std::string out =
       "# SIEB & MEYER commands\n\n"
@@ -182,7 +260,9 @@ std::string sieb_meyer_page() {
       "`--accept-unterminated` too. A subprogram has no such mark: its last line must be "
       "complete.\n\n"
       "Output in this language states what a control would keep from the program before: axis "
-      "version (`M49,FV#`), no rotation and no scale (`M49,NORA`, `M49,NOSA`: both are in the "
+      "version (`M49,FV#`), how slots are nibbled (`M49,NONIBO` and `M49,NIB0.013`, until the "
+      "source "
+      "says otherwise), no rotation and no scale (`M49,NORA`, `M49,NOSA`: both are in the "
       "coordinates), and the tool data that the source has. Program zero is the operator's unless "
       "the source has FA or NOFA. Each row below is in the output, executed before, or named as "
       "lost (`written_form_test`).\n\n"
@@ -216,15 +296,7 @@ std::string sieb_meyer_page() {
                             sieb_meyer::name(command.treatment),
                             command.effect);
   }
-  const auto treated = [](sieb_meyer::Treatment treatment) {
-    return std::ranges::count(sieb_meyer::cnc_table(), treatment, &sieb_meyer::CncInfo::treatment);
-  };
-  internal::append_format(out,
-                          "\nOf {} CNC commands {} are obeyed, {} passed on and {} refused.\n",
-                          sieb_meyer::cnc_table().size(),
-                          treated(sieb_meyer::Treatment::Obeyed),
-                          treated(sieb_meyer::Treatment::Passed),
-                          treated(sieb_meyer::Treatment::Refused));
+  append_sieb_meyer_counts(out);
   return out;
 }
 

@@ -80,8 +80,9 @@ TEST(SiebMeyerWriter, OneSetOfToolDataForTheWholeProgram) {
 TEST(SiebMeyerWriter, StatesTheAxisVersion) {
   ProgramInfo info = info_of(Dialect::Excellon);
   info.axis_version = 3;  // x points up, y points left
-  EXPECT_THAT(write_out({drill(1, 3, 4)}, info).text,
-              HasSubstr("%%5000\nM49,FV3\nM49,NORA\nM49,NOSA\nX4.Y-3.\n"));
+  EXPECT_THAT(
+      write_out({drill(1, 3, 4)}, info).text,
+      HasSubstr("%%5000\nM49,FV3\nM49,NONIBO\nM49,NIB0.013\nM49,NORA\nM49,NOSA\nX4.Y-3.\n"));
   EXPECT_EQ(from_excellon({Setting{"VER,1", SettingKind::Header}}).body, "");
 }
 

@@ -11,7 +11,7 @@
 
 namespace panelcal::test::to_sieb_meyer {
 
-inline const std::string kBegin = "%%5000\nM49,FV1\nM49,NORA\nM49,NOSA\n";
+inline const std::string kBegin = "%%5000\nM49,FV1\nM49,NONIBO\nM49,NIB0.013\nM49,NORA\nM49,NOSA\n";
 
 /// The tools of metric_info, in either language.
 inline ProgramInfo info_of(Dialect dialect) {
