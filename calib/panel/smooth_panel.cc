@@ -28,6 +28,17 @@ double plate(double squared) {
   return squared > 0 ? 0.5 * squared * std::log(squared) : 0;
 }
 
+/// b(p) of RawSmooth, of a scaled place.
+SmoothBasis basis_of(const Eigen::Matrix2Xd& knots, const Eigen::Vector2d& p) {
+  const Index n = knots.cols();
+  SmoothBasis b(n + 3);
+  for (Index i = 0; i < n; ++i) b[i] = plate((p - knots.col(i)).squaredNorm());
+  b[n] = 1;
+  b[n + 1] = p.x();
+  b[n + 2] = p.y();
+  return b;
+}
+
 /// The observed coordinates as whitened equations, y = B (A p + t + f(p)) + e with e ~ N(0, 1).
 struct Equations {
   MatrixXd b;                ///< equations x coordinates (x0 y0 x1 ..)
@@ -130,38 +141,82 @@ MatrixXd influence(const Equations& equations, const Split& split, const Smoothi
   return out;
 }
 
-/// The covariance of f(p) as a quadratic form in b(p). With u the affine estimate at p, whose own
-/// errors are the first part, and h = f(p) - u B f what it misses, h given the rest's z has the
+/// Parts of the covariance of f(p), as quadratic forms in b(p). With u the affine estimate at p,
+/// whose own errors are `noise`, and h = f(p) - u B f what it misses, h given the rest's z has the
 /// variance s kappa - s^2 g^T (1 + s d)^-1 g; and from one strength to another its mean moves.
-MatrixXd mean_covariance(const Equations& equations,
-                         const Split& split,
-                         const Smoothing& smoothing) {
+struct CovarianceParts {
+  MatrixXd noise;
+  MatrixXd kappa;
+  MatrixXd g;      ///< h by what the rest shows
+  MatrixXd means;  ///< of h by strength, from their own mean, as multiples of g
+  MatrixXd known;  ///< s^2 / (1 + s d) by strength
+};
+
+CovarianceParts covariance_parts(const Equations& equations,
+                                 const Split& split,
+                                 const Smoothing& smoothing) {
   const Index n = equations.b.cols();
   const Index m = split.z.size();
   const MatrixXd plates_of_lift = split.plates * split.lift;
-  MatrixXd g(m, n + 6);
-  g << split.rest.transpose() * equations.b, -split.rest.transpose() * plates_of_lift;
-
-  MatrixXd cov = MatrixXd::Zero(n + 6, n + 6);
-  const double strength = smoothing.weight.dot(smoothing.strength);
-  cov.topRightCorner(n, 6) = -strength * equations.b.transpose() * split.lift;
-  cov.bottomLeftCorner(6, n) = cov.topRightCorner(n, 6).transpose();
-  cov.bottomRightCorner(6, 6) =
-      split.lift.transpose() * split.lift + strength * split.lift.transpose() * plates_of_lift;
-
-  MatrixXd means(m, smoothing.strength.size());  // of h by strength, as multiples of g
-  VectorXd known = VectorXd::Zero(m);
-  for (Index k = 0; k < means.cols(); ++k) {
+  CovarianceParts out;
+  out.g.resize(m, n + 6);
+  out.g << split.rest.transpose() * equations.b, -split.rest.transpose() * plates_of_lift;
+  out.kappa = MatrixXd::Zero(n + 6, n + 6);
+  out.kappa.topRightCorner(n, 6) = -equations.b.transpose() * split.lift;
+  out.kappa.bottomLeftCorner(6, n) = out.kappa.topRightCorner(n, 6).transpose();
+  out.kappa.bottomRightCorner(6, 6) = split.lift.transpose() * plates_of_lift;
+  out.noise = MatrixXd::Zero(n + 6, n + 6);
+  out.noise.bottomRightCorner(6, 6) = split.lift.transpose() * split.lift;
+  out.means.resize(m, smoothing.strength.size());
+  out.known.resize(m, smoothing.strength.size());
+  for (Index k = 0; k < out.means.cols(); ++k) {
     const double s = smoothing.strength[k];
     const VectorXd kept = (1 - smoothing.shrinkage.col(k).array()).matrix();
-    means.col(k) = s * kept.cwiseProduct(split.z);
-    known += smoothing.weight[k] * s * s * kept;
+    out.means.col(k) = s * kept.cwiseProduct(split.z);
+    out.known.col(k) = s * s * kept;
   }
-  means.colwise() -= VectorXd(means * smoothing.weight);
-  MatrixXd middle = propagated_diagonal(means, smoothing.weight);
-  middle.diagonal() -= known;
-  cov += g.transpose() * middle * g;
-  return cov;
+  out.means.colwise() -= VectorXd(out.means * smoothing.weight);
+  return out;
+}
+
+/// How much the bending's covariance has to grow, in the geometric mean over a grid of the targets'
+/// rectangle and a quarter of its sides around it.
+double mean_growth(const CovarianceParts& parts,
+                   const Smoothing& smoothing,
+                   const Eigen::Matrix2Xd& knots) {
+  constexpr int kSteps = 4;
+  const Eigen::Vector2d low = knots.rowwise().minCoeff();
+  const Eigen::Vector2d sides = knots.rowwise().maxCoeff() - low;
+  double sum = 0;
+  for (int i = 0; i <= kSteps; ++i) {
+    for (int j = 0; j <= kSteps; ++j) {
+      const Eigen::Vector2d share(static_cast<double>(i) / kSteps, static_cast<double>(j) / kSteps);
+      const Eigen::Vector2d p = low + (1.5 * share.array() - 0.25).matrix().cwiseProduct(sides);
+      const MatrixXd b = for_both_axes(basis_of(knots, p));
+      const MatrixXd g = parts.g * b;
+      const Eigen::Matrix2d kappa = b.transpose() * parts.kappa * b;
+      std::vector<Eigen::Matrix2d> bent;
+      for (Index k = 0; k < smoothing.weight.size(); ++k) {
+        const Eigen::Vector2d moved = g.transpose() * parts.means.col(k);
+        bent.emplace_back(smoothing.strength[k] * kappa + moved * moved.transpose() -
+                          propagated_diagonal(g.transpose(), parts.known.col(k)));
+      }
+      const Eigen::Matrix2d noise = b.transpose() * parts.noise * b;
+      sum += std::log(growth_to_95_percent(noise, bent, smoothing.weight));
+    }
+  }
+  return std::exp(sum / ((kSteps + 1) * (kSteps + 1)));
+}
+
+/// The covariance of f(p) as a quadratic form in b(p).
+MatrixXd mean_covariance(const CovarianceParts& parts,
+                         const Smoothing& smoothing,
+                         const Eigen::Matrix2Xd& knots) {
+  MatrixXd middle = propagated_diagonal(parts.means, smoothing.weight);
+  middle.diagonal() -= parts.known * smoothing.weight;
+  const MatrixXd bent = smoothing.weight.dot(smoothing.strength) * parts.kappa +
+                        parts.g.transpose() * middle * parts.g;
+  return parts.noise + mean_growth(parts, smoothing, knots) * bent;
 }
 
 std::optional<double> left_out_rms(std::span<const RawPair> pairs,
@@ -195,13 +250,7 @@ std::optional<double> left_out_rms(std::span<const RawPair> pairs,
 }  // namespace
 
 RawSmooth::Basis RawSmooth::basis(const Eigen::Vector2d& p) const {
-  const Index n = knots.cols();
-  Basis b(n + 3);
-  for (Index i = 0; i < n; ++i) b[i] = plate((p - knots.col(i)).squaredNorm());
-  b[n] = 1;
-  b[n + 1] = p.x();
-  b[n + 2] = p.y();
-  return b;
+  return basis_of(knots, p);
 }
 
 Eigen::Vector2d RawSmooth::place_mm(const Basis& b) const {
@@ -317,7 +366,8 @@ std::optional<RawSmooth> fit_smooth_raw(std::span<const RawPair> pairs) {
 
   const VectorXd weights = mean_weights(*equations, *parts, smoothing);
   fit.weights = weights.reshaped(2, n + 3);
-  const MatrixXd cov = mean_covariance(*equations, *parts, smoothing);
+  const CovarianceParts of_cov = covariance_parts(*equations, *parts, smoothing);
+  const MatrixXd cov = mean_covariance(of_cov, smoothing, fit.knots);
   fit.cov = CovarianceForm::of_weights(cov);
   fit.choice = CovarianceForm::of_weights(MatrixXd::Zero(cov.rows(), cov.cols()));
   fit.misfit = fit.choice;

@@ -119,9 +119,9 @@ class SmoothPanelFit {
 /// f bends each coordinate of the panel like a thin plate: as a Gaussian process it has, up to
 /// affine maps, the covariance s r^2 log r, the same for x and y. Its strength s is not known. For
 /// every s the estimate is the smoothing spline with that smoothing; all of them are averaged with
-/// the weights that the data give them, restricted likelihood times a prior that is uniform in the
-/// share of the data a spline takes up. So a panel that is affine is hardly bent, and there is
-/// neither a threshold nor a covariance that takes an estimated smoothing for the true one.
+/// the weights that the data give them, restricted likelihood times the prior of smoothing.h. So an
+/// affine panel is hardly bent, and no covariance takes an estimated smoothing for the true one: it
+/// grows until 95 % ellipses hold 95 % of what the strengths allow (growth_to_95_percent).
 ///
 /// The effective number of parameters is the trace of d fitted / d measured, whitened, with the
 /// answer of the weights to the data: chi square + 2 parameters is then unbiased for the error of
@@ -132,7 +132,7 @@ class SmoothPanelFit {
 /// Out    nothing below kLeastSmoothTargets or above kMostSmoothTargets, or where the targets do
 ///        not determine an affine map
 /// Cost   O(n^3) once; a hole O(n) and its covariance O(n^2), neither allocates
-/// Source Duchon 1977; Wahba 1983, 1990 (1.5, 4.5); Bookstein 1989; Daniels 1999 (prior);
+/// Source Duchon 1977; Wahba 1983, 1990 (1.5, 4.5); Bookstein 1989; Polson and Scott 2012;
 ///        docs/formulation.md
 /// See    tests/calib/panel/smooth_panel_test.cc
 template <class To, class From>

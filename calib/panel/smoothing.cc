@@ -2,20 +2,31 @@
 #include "calib/panel/smoothing.h"
 
 #include <cmath>
-#include <numbers>
+#include <cstddef>
+
+#include <Eigen/LU>
 
 namespace panelcal::internal {
 namespace {
 
-/// Steps of the share that the prior is uniform in. The likelihood changes little from one to the
-/// next: 64 instead of these moves no map by a hundredth of its sigma.
-constexpr int kSteps = 32;
+/// Strengths are as far apart in the log odds of the share that a bending takes up. The range ends
+/// at bendings of 1 % and of 3,000 times the noise, and six equations tell the logarithm of a
+/// strength to no better than 0.6.
+constexpr int kStrengths = 64;
+constexpr double kLeastLogOdds = -10;
+constexpr double kGreatestLogOdds = 16;
 
-/// Prior probability that a panel is not bent at all. Larger leaves affine panels straighter: with
-/// 0.5 a hole errs 1 to 2 % more than by an affine map, with this 4 %, with 0 8 %. Smaller is more
-/// honest where a bending drowns in the noise: of 95 % ellipses 10 um of bow and 9 targets leave
-/// 87, 92 and 94 %.
-constexpr double kUnbentPanel = 0.2;
+/// Prior probability that a panel is not bent at all. Larger leaves affine panels straighter: a
+/// hole errs 3 to 4 % more than by an affine map with this. Smaller is more honest where a bending
+/// drowns in the noise: of 95 % ellipses 10 um of bow and 9 targets leave 92 to 93 %.
+constexpr double kUnbentPanel = 0.1;
+
+/// The prior of a share, u^(-1/2) (1 - u)^(-3/4), and its integral B(1/2, 1/4).
+constexpr double kTail = 0.25;
+constexpr double kWholePrior = 5.244115108584;
+
+/// More than any mixture asks for: 20 / (e ln 20) = 2.46 of one part that has all the variance.
+constexpr double kMaxGrowth = 2.5;
 
 /// Mean over what can bend; coincident targets leave modes that cannot.
 double share(double strength, const Eigen::VectorXd& d) {
@@ -45,17 +56,17 @@ Eigen::VectorXd Smoothing::shrinkage_variance() const {
 
 Smoothing weigh_strengths(const Eigen::VectorXd& z, const Eigen::VectorXd& d) {
   Smoothing out;
-  out.strength.resize(kSteps + 1);
-  out.shrinkage.resize(d.size(), kSteps + 1);
-  Eigen::VectorXd log_weight(kSteps + 1);
-  for (int k = 0; k <= kSteps; ++k) {
-    // Denser towards both ends: a panel that is bent far beyond the noise has its share within a
-    // hundredth of 1, and there the strength is what matters.
-    const double angle_rad = std::numbers::pi * (k - 0.5) / kSteps;
-    const double s = k == 0 ? 0 : strength_of_share(0.5 * (1 - std::cos(angle_rad)), d);
+  out.strength.resize(kStrengths + 1);
+  out.shrinkage.resize(d.size(), kStrengths + 1);
+  Eigen::VectorXd log_weight(kStrengths + 1);
+  constexpr double kStep = (kGreatestLogOdds - kLeastLogOdds) / kStrengths;
+  for (int k = 0; k <= kStrengths; ++k) {
+    const double odds = std::exp(kLeastLogOdds + (k - 0.5) * kStep);
+    const double u = odds / (1 + odds);
+    const double s = k == 0 ? 0 : strength_of_share(u, d);
     const Eigen::ArrayXd variance = 1 + s * d.array();
-    const double step = 0.5 * std::numbers::pi / kSteps * std::sin(angle_rad);
-    const double prior = k == 0 ? kUnbentPanel : (1 - kUnbentPanel) * step;
+    const double density = std::sqrt(u) * std::pow(1 - u, kTail) / kWholePrior;  // of log odds
+    const double prior = k == 0 ? kUnbentPanel : (1 - kUnbentPanel) * kStep * density;
     out.strength[k] = s;
     out.shrinkage.col(k) = (s * d.array() / variance).matrix();
     log_weight[k] = std::log(prior) - 0.5 * (variance.log() + z.array().square() / variance).sum();
@@ -63,6 +74,34 @@ Smoothing weigh_strengths(const Eigen::VectorXd& z, const Eigen::VectorXd& d) {
   out.weight = (log_weight.array() - log_weight.maxCoeff()).exp();
   out.weight /= out.weight.sum();
   return out;
+}
+
+double growth_to_95_percent(const Eigen::Matrix2d& noise,
+                            std::span<const Eigen::Matrix2d> bent,
+                            const Eigen::VectorXd& weight) {
+  constexpr double kOutside = 0.05;
+  Eigen::Matrix2d mean = Eigen::Matrix2d::Zero();
+  for (std::size_t k = 0; k < bent.size(); ++k) {
+    mean += weight[static_cast<Eigen::Index>(k)] * bent[k];
+  }
+  const auto outside = [&](double growth) {
+    const Eigen::Matrix2d inverse = (noise + growth * mean).inverse();
+    double sum = 0;
+    for (std::size_t k = 0; k < bent.size(); ++k) {
+      const double variance = 0.5 * (inverse * (noise + bent[k])).trace();
+      if (variance > 0) {
+        sum += weight[static_cast<Eigen::Index>(k)] * std::exp(std::log(kOutside) / variance);
+      }
+    }
+    return sum;
+  };
+  double low = 1;
+  double high = kMaxGrowth;
+  for (int i = 0; i < 14; ++i) {  // to 1e-4
+    const double middle = std::sqrt(low * high);
+    (outside(middle) > kOutside ? low : high) = middle;
+  }
+  return low;
 }
 
 }  // namespace panelcal::internal

@@ -3,6 +3,7 @@
 //
 //   model_bench choice [SIGMA_UM] [PANELS]    panels of each model, 3 to 12 targets on the rim
 //   model_bench smooth [SIGMA_UM] [PANELS]    bowed panels, 6 to 40 targets anywhere
+//   model_bench rim [SIGMA_UM] [PANELS]       the same, targets on the rim
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -113,12 +114,12 @@ void choice_table(double sigma_mm, int n_panels) {
   }
 }
 
-void smooth_table(double sigma_mm, int n_panels) {
+void smooth_table(double sigma_mm, int n_panels, bool is_rim) {
   fmt::print("sigma {} um, {} panels a row\n", sigma_mm * 1e3, n_panels);
   fmt::print(
       "bow um targets | parameters | rms um affine smooth | in 95 % affine smooth | "
       "recommended % | least ns a hole, with its covariance\n");
-  for (const double bow_mm : {0.0, 0.003, 0.01, 0.03}) {
+  for (const double bow_mm : {0.0, 0.003, 0.01, 0.03, 0.1}) {
     for (const int n : {6, 9, 12, 16, 25, 40}) {
       Random random(2000 + static_cast<std::uint64_t>(n));
       Errors affine, smooth;
@@ -128,7 +129,8 @@ void smooth_table(double sigma_mm, int n_panels) {
       for (int i = 0; i < n_panels; ++i) {
         const Coefficients truth = panel_of(random, PanelModel::Affine, 300);
         const test::Bow bow(random, bow_mm);
-        auto pairs = test::random_pairs(random, n, truth, sigma_mm, true);
+        auto pairs = is_rim ? test::rim_pairs(random, n, truth, sigma_mm)
+                            : test::random_pairs(random, n, truth, sigma_mm, true);
         for (RawPair& pair : pairs) pair.to_mm += bow(pair.from_mm);
         const auto fit = internal::fit_smooth_raw(pairs);
         const auto plain = fit_raw(pairs, PanelModel::Affine).fit;
@@ -170,11 +172,12 @@ int main(int argc, char** argv) {
   const std::string_view table = argc > 1 ? argv[1] : "choice";
   const double sigma_mm = (argc > 2 ? std::atof(argv[2]) : 5) * 1e-3;
   const int n_panels = argc > 3 ? std::atoi(argv[3]) : 2000;
-  if (!(sigma_mm > 0) || n_panels < 1 || (table != "choice" && table != "smooth")) {
-    fmt::print(stderr, "model_bench choice|smooth [SIGMA_UM] [PANELS]\n");
+  const bool is_known = table == "choice" || table == "smooth" || table == "rim";
+  if (!(sigma_mm > 0) || n_panels < 1 || !is_known) {
+    fmt::print(stderr, "model_bench choice|smooth|rim [SIGMA_UM] [PANELS]\n");
     return 2;
   }
   table == "choice" ? panelcal::choice_table(sigma_mm, n_panels)
-                    : panelcal::smooth_table(sigma_mm, n_panels);
+                    : panelcal::smooth_table(sigma_mm, n_panels, table == "rim");
   return 0;
 }

@@ -65,6 +65,16 @@ TEST(SmoothPanel, FollowsABowedPanelAndKnowsHowWell) {
   }
 }
 
+TEST(SmoothPanel, OfSixTargetsKnowsHowBadlyTheyTellABendingsSize) {
+  // 20 times the noise. A prior whose tail in the strength is s^-2, and sigmas of a mean variance,
+  // hold 89 %.
+  constexpr int kPanels = 4000;
+  Random random(77);
+  const AtHoles found = at_holes(random, 6, 0.1, kPanels);
+  EXPECT_GE(found.n_inside, 0.92 * kPanels);
+  EXPECT_LE(found.n_inside, 0.98 * kPanels);
+}
+
 TEST(SmoothPanel, HardlyBendsAnAffinePanel) {
   constexpr int kPanels = 300;
   Random random(76);
