@@ -31,6 +31,15 @@ ShiftFilter make_plain_filter(const RimStrip& strip, const StepProfile& step, do
 /// well.
 ShiftFilter make_blur_filter(const RimStrip& strip, const StepProfile& step, double variance);
 
+/// The largest shift, px, that a filter may show for what the mean profile has beyond a step: bands
+/// along the edge, of a lamp on its slope or of a camera that sharpens.
+///
+/// In     medians: levels of the strip's rings
+double band_shift(const RimStrip& strip,
+                  const Eigen::ArrayXd& medians,
+                  const StepProfile& step,
+                  const ShiftFilter& filter);
+
 /// The power of waves of n periods around the rim, per sector: E is the variance of a sector if
 /// these are independent. Sectors that are not in `use` count as 0.
 double wave_power(const Eigen::VectorXd& values, const std::vector<char>& use, int n_periods);
