@@ -252,6 +252,7 @@ struct SurfaceOrder {
 struct Setting {
   std::string_view text;
   SettingKind kind = SettingKind::Body;
+  LengthUnit unit = LengthUnit::Millimeter;  ///< of lengths in the text
 };
 
 /// Sets work zero (G93); later machine coordinates already contain it.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -26,6 +27,18 @@ inline bool has_length(std::string_view setting) {
   const std::string_view word = setting.substr(0, setting.find(','));
   return (is_depth_offset(word) || std::ranges::find(kLengths, word) != kLengths.end()) &&
          setting.find_first_of("0123456789") != setting.npos;
+}
+
+/// A setting of either language whose text may have lengths: those above, CP, ZC, CAN_TEXT_OFF,
+/// G39, orders of the camera, M49. An output whose lengths are mm states the unit of its text.
+inline bool may_have_length(std::string_view setting) {
+  constexpr std::array<std::string_view, 7> kBegins = {
+      "CP,", "ZC,", "CAN_TEXT_OFF", "G39", "$uvis,searcharea", "$uvis,focus", "M49,"};
+  const auto begins = [&](std::string_view word) { return setting.starts_with(word); };
+  const auto comma = setting.find(',');
+  const std::string_view fields = comma == setting.npos ? setting : setting.substr(comma);
+  return (has_length(setting) || std::ranges::any_of(kBegins, begins)) &&
+         fields.find_first_of("0123456789") != fields.npos;
 }
 
 /// The fields of a setting or order that may be lengths: those behind its word. The first one of
@@ -70,6 +83,39 @@ inline std::optional<std::string> with_points(std::string_view setting,
     std::string pointed = fmt::format("{:.6f}", parsed.value / format.one_unit());
     pointed.resize(std::max(pointed.find_last_not_of('0') + 1, pointed.find('.') + 2));
     text += pointed;
+  }
+  return text;
+}
+
+/// True if a number of the text has more decimals than that.
+inline bool has_more_decimals(std::string_view text, int n_decimals) {
+  constexpr std::string_view kDigits = "0123456789";
+  for (auto at = text.find('.'); at != text.npos; at = text.find('.', at + 1)) {
+    const auto end = std::min(text.find_first_not_of(kDigits, at + 1), text.size());
+    if (end - at - 1 > static_cast<std::size_t>(n_decimals)) return true;
+  }
+  return false;
+}
+
+/// The setting with its lengths rounded to that many decimals, where one of them has more.
+///
+/// In     setting: Excellon's, with a decimal point in each length that has decimals
+inline std::string with_decimals(std::string_view setting, int n_decimals) {
+  constexpr std::string_view kNumber = ".0123456789";
+  std::string_view rest = lengths_of(setting);
+  const bool is_length = has_length(setting) || setting.starts_with("CP,");
+  if (!is_length || !has_more_decimals(rest, n_decimals)) return std::string(setting);
+  std::string text(setting.substr(0, setting.size() - rest.size()));
+  while (!rest.empty()) {
+    const auto n_other = std::min(rest.find_first_of(kNumber), rest.size());
+    text += rest.substr(0, n_other);
+    rest.remove_prefix(n_other);
+    const std::string_view number = rest.substr(0, rest.find_first_not_of(kNumber));
+    rest.remove_prefix(number.size());
+    double value = 0;
+    std::from_chars(number.data(), number.data() + number.size(), value, std::chars_format::fixed);
+    text += has_more_decimals(number, n_decimals) ? fmt::format("{:.{}f}", value, n_decimals)
+                                                  : std::string(number);
   }
   return text;
 }

@@ -20,19 +20,20 @@
 namespace panelcal::sieb_meyer {
 namespace {
 
-/// The line of two percent signs ahead of a file's first subprogram, if there is one: the manual
-/// has none.
-std::optional<SourceLine> find_mark(std::string_view bytes) {
+/// The last line of two percent signs ahead of a subprogram, if there is one: the manual has none.
+/// Files that were joined have one each.
+std::optional<SourceLine> find_mark(std::string_view bytes, std::string_view name) {
   LineCursor cursor(bytes);
+  std::optional<SourceLine> mark;
   while (!cursor.at_end()) {
     SourceLine line = cursor.next();
     const std::size_t n_blanks = std::min(line.text.find_first_not_of(" \t"), line.text.size());
     line.column += static_cast<int>(n_blanks);
     line.text = trimmed(line.text);
-    if (line.text.starts_with("%%")) return line;
-    if (line.text.starts_with('@')) break;
+    if (line.text.starts_with("%%")) mark = line;
+    if (line.text.starts_with('@') && trimmed(line.text.substr(1)) == name) break;
   }
-  return std::nullopt;
+  return mark;
 }
 
 /// A length or a feed, which has a unit.
@@ -124,7 +125,7 @@ void refuse_call(const Program& program, std::string_view name, DiagnosticLog& l
 void check_numbers_of_subprograms(const Program& program, DiagnosticLog& log) {
   const FileLayout& layout = layout_of(program);
   for (const auto& [name, source] : program.patterns) {
-    const auto mark = find_mark(source.bytes);
+    const auto mark = find_mark(source.bytes, name);
     if (!mark && leaves_open(layout.subprograms, source.bytes, name))
       refuse_call(program, name, log);
     if (!mark || mark->text == "%%" + layout.setting) continue;

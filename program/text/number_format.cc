@@ -39,6 +39,12 @@ std::string NumberFormat::summary() const {
   return text;
 }
 
+std::string NumberFormat::option() const {
+  std::string text = unit == LengthUnit::Inch ? "inch," : "metric,";
+  text += zeros == Zeros::LeadingKept ? "lz," : "tz,";
+  return text + std::to_string(integer_digits) + "." + std::to_string(decimal_digits);
+}
+
 void NumberFormat::take_usual_digits() {
   integer_digits = unit == LengthUnit::Inch ? 2 : 3;
   decimal_digits = unit == LengthUnit::Inch ? 4 : 3;

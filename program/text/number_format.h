@@ -41,6 +41,8 @@ struct NumberFormat {
   Length one_unit() const { return unit == LengthUnit::Inch ? inch(1) : mm(1); }
   /// "inch 2.4, leading zeros kept".
   std::string summary() const;
+  /// "inch,lz,2.4", as --format takes it.
+  std::string option() const;
 };
 
 /// True if the two give every number without a decimal point that both can read the same value in

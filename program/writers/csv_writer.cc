@@ -10,6 +10,7 @@
 #include <span>
 #include <string_view>
 
+#include "program/model/setting_lengths.h"
 #include "program/writers/words.h"
 #include <fmt/format.h>
 
@@ -61,6 +62,7 @@ enum Column : std::size_t {
   kControl,
   kLowerLimit,
   kUpperLimit,
+  kUnit,
   kColumns,  ///< number of columns
 };
 
@@ -70,7 +72,7 @@ constexpr std::string_view kHeader =
     "nominal_end_x,nominal_end_y,actual_end_x,actual_end_y,sigma_end_x,sigma_end_y,initial_depth,"
     "increment,time,next_tool,long,zero_set_x,zero_set_y,work_zero_x,work_zero_y,file,z,"
     "depth,surface,risk,risk_end,surface_sigma,surface_source,risk_shallow,risk_deep,"
-    "reference,control,lower_limit,upper_limit\n";
+    "reference,control,lower_limit,upper_limit,unit\n";
 static_assert(std::ranges::count(kHeader, ',') == kColumns - 1);
 
 /// Writes one row from left to right; columns that are passed over stay empty.
@@ -202,7 +204,10 @@ class Fields {
     row_.word(kKind, name(function.kind));
     if (expired && function.next_tool) row_.number(kNextTool, *function.next_tool);
   }
-  void operator()(const Setting& setting) { row_.text(kText, setting.text); }
+  void operator()(const Setting& setting) {
+    row_.text(kText, setting.text);
+    is_text_in_inch_ = setting.unit == LengthUnit::Inch && may_have_length(setting.text);
+  }
   void operator()(const ZeroSet& zero) {
     row_.point(kZeroSet, zero.zero_set.in_mm());
     row_.point(kWorkZero, zero.work_zero.in_mm());
@@ -249,6 +254,10 @@ class Fields {
     if (cut_->lower_limit) row_.length(kLowerLimit, *cut_->lower_limit);
     if (cut_->upper_limit) row_.length(kUpperLimit, *cut_->upper_limit);
   }
+  /// Behind the depth. All other lengths are mm.
+  void unit_of_text() {
+    if (is_text_in_inch_) row_.word(kUnit, "inch");
+  }
 
  private:
   void place(const PlacedPoint& at) {
@@ -272,6 +281,7 @@ class Fields {
   const DepthOfCut* cut_ = nullptr;
   std::optional<double> risk_;
   std::optional<double> risk_end_;
+  bool is_text_in_inch_ = false;
 };
 
 /// Fields behind sigma in the row of a hole without a risk.
@@ -412,6 +422,7 @@ void CsvWriter::put_by_fields(const Operation& operation) {
     }
   }
   fields.depth_state();
+  fields.unit_of_text();
   row.at(static_cast<Column>(kColumns - 1));
   out += '\n';
   flush_if_large();

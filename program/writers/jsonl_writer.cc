@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "calib/base/append_format.h"
+#include "program/model/setting_lengths.h"
 #include "program/text/json_text.h"
 #include "program/writers/words.h"
 #include <fmt/format.h>
@@ -93,7 +94,11 @@ class Keys {
     number("tool", function.tool);
     if (function.next_tool) number("next_tool", *function.next_tool);
   }
-  void operator()(const Setting& setting) { text("text", setting.text); }
+  void operator()(const Setting& setting) {
+    text("text", setting.text);
+    // All other lengths are mm.
+    if (setting.unit == LengthUnit::Inch && may_have_length(setting.text)) word("unit", "inch");
+  }
   void operator()(const ZeroSet& zero) {
     point("zero_set", zero.zero_set.in_mm());
     point("work_zero", zero.work_zero.in_mm());

@@ -28,8 +28,9 @@ class Difference(Exception):
 class Output:
     """panelcal's operations, one at a time, with the tool and the compensation in force."""
 
-    def __init__(self, text):
+    def __init__(self, text, center_mm):
         self.operations = [json.loads(line) for line in text.splitlines()]
+        self.center_mm = center_mm
         self.at = 0
         self.tool, self.compensation = {}, None
         self.checked = None  # tool and expected operation that agreed last
@@ -88,9 +89,9 @@ def same(got, wanted, what, operation, expected):
         raise Difference(f'{what} {got}, expected {wanted}: {json.dumps(operation)}; expected {describe(expected)}')
 
 
-def near(got, wanted, what, operation, expected):
-    """Equal numbers within the output's resolution; None is near None only."""
-    if (got is None) != (wanted is None) or (got is not None and not abs(got - float(wanted)) <= RESOLUTION_MM):
+def near(got, wanted, what, operation, expected, tolerance=RESOLUTION_MM):
+    """Equal numbers within a tolerance; None is near None only."""
+    if (got is None) != (wanted is None) or (got is not None and not abs(got - float(wanted)) <= tolerance):
         shown = None if wanted is None else float(wanted)
         raise Difference(f'{what} {got}, expected {shown}: {json.dumps(operation)}; expected {describe(expected)}')
 
@@ -184,7 +185,7 @@ def rout(output, expected, kind, end, centre=None, feed=None):
     place(operation, end, expected)
     if centre:
         for i in range(2):
-            near(operation['center'][i], centre[i] + expected.zero_mm[i], 'center', operation, expected)
+            near(operation['center'][i], centre[i] + expected.zero_mm[i], 'center', operation, expected, output.center_mm)
     if feed is not None:
         near(operation['feed'], feed, 'feed', operation, expected)
     return operation
@@ -275,9 +276,12 @@ def event(output, expected):
         same(operation['text'], expected.values['text'], 'text', operation, expected)
 
 
-def compare(operations, output_text, expand, glyphs):
-    """Raises Difference at the first place at which panelcal's output is not what the operations say."""
-    output = Output(output_text)
+def compare(operations, output_text, expand, glyphs, center_mm=RESOLUTION_MM):
+    """Raises Difference at the first place at which panelcal's output is not what the operations say.
+
+    `center_mm`: how far off the centres of arcs may be. Where ends and centre are rounded, one of them is not on the circle.
+    """
+    output = Output(output_text, center_mm)
     for expected in operations:
         kind = expected.kind
         if kind in ('hole', 'position'):

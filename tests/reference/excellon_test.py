@@ -51,20 +51,26 @@ def inches(operations):
     return [(float(x / Fraction(127, 5)), float(y / Fraction(127, 5))) for op in operations for x, y in op.points]
 
 
-class Run:
-    """panelcal's operations of one program, in a folder of its own."""
+TO_JSON_LINES = ('--uncorrected', '--to', 'jsonl')
+# The ways to write a program.
+TO_EXCELLON = {'run': ('--uncorrected', '--to', 'excellon'), 'translate': ('--to', 'excellon')}
 
-    def __init__(self, text, subprograms=None, expand=False):
+
+class Run:
+    """What panelcal makes of one program, in a folder of its own."""
+
+    def __init__(self, text, subprograms=None, expand=False, command='run', options=TO_JSON_LINES):
         with tempfile.TemporaryDirectory() as folder:
             folder = Path(folder)
             (folder / 'program.drl').write_text(text)
             (folder / 'machine.toml').write_text('')
             for name, lines in (subprograms or {}).items():
                 (folder / name).write_text(lines)
-            command = [OPTIONS.panelcal, 'run', 'program.drl', '-m', 'machine.toml', '-o', '-', '--to', 'jsonl',
-                       '--slots', 'expand' if expand else 'keep', '--uncorrected', '--max-operations', '100000',
-                       '--log-level', 'error']
-            done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=60)
+            line = [OPTIONS.panelcal, command, 'program.drl', '-m', 'machine.toml', '-o', '-', *options,
+                    '--max-operations', '100000', '--log-level', 'error']
+            if command == 'run':
+                line += ['--slots', 'expand' if expand else 'keep']
+            done = subprocess.run(line, cwd=folder, capture_output=True, text=True, timeout=60)
         self.output, self.errors, self.code = done.stdout, done.stderr, done.returncode
 
 
@@ -329,6 +335,78 @@ class AgainstPanelcal(unittest.TestCase):
         for expand in (False, True):
             run = Run(text, {'LOGO': logo}, expand)
             compare(read_program(text, {'LOGO': logo}).operations, run.output, expand, GLYPHS)
+
+
+def drilled(output):
+    """(tool, diameter, x, y) of every hole in JSON Lines, mm."""
+    holes, diameter = [], None
+    for operation in map(json.loads, output.splitlines()):
+        if operation['op'] == 'tool':
+            diameter = operation.get('diameter')
+        elif operation['op'] == 'drill':
+            holes.append((operation['tool'], diameter, *operation['actual']))
+    return holes
+
+
+class Written(unittest.TestCase):
+    """Programs that panelcal writes, read from the manual alone."""
+
+    # Half of a step of six digits in inch. A place in a copy is the sum of two numbers.
+    GRID_MM = 0.5e-4 * 25.4 + 2e-6
+
+    def written(self, command, number, text, subprograms):
+        """A program that the second reading accepts and that panelcal reads as that one does; None: left out."""
+        made = Run(text, subprograms, command=command, options=TO_EXCELLON[command])
+        self.assertEqual(made.code, 0, f'program {number}, {command}: {made.errors}\n{text}')
+        if re.search(r'^G04X[0-9]*\.', made.output, re.M):
+            return None  # the manual's examples have no point there
+        again = Run(made.output)
+        try:
+            compare(read_program(made.output).operations, again.output, False, GLYPHS, 4 * self.GRID_MM)
+        except (Difference, Refused) as reason:
+            self.fail(f'program {number}, {command}: {reason}\n{text}\n{made.output}')
+        return made.output
+
+    def test_random_programs(self):
+        """Both ways to write them have the holes of the source, in its order."""
+        compared = Counter()
+        for number in range(OPTIONS.programs // 3):
+            text, subprograms = Writer(random.Random(f'{OPTIONS.seed}/{number}/written')).program()
+            wanted = drilled(Run(text, subprograms, expand=True).output)
+            for command in TO_EXCELLON:
+                with self.subTest(number=number, command=command):
+                    output = self.written(command, number, text, subprograms)
+                    if output is None:
+                        continue
+                    got = drilled(Run(output, expand=True).output)
+                    self.assertEqual(len(got), len(wanted), f'{text}\n{output}')
+                    for a, b in zip(got, wanted):
+                        self.assertEqual(a[0], b[0])
+                        self.assertTrue(all(abs(p - q) <= 2 * self.GRID_MM for p, q in zip(a[2:], b[2:])), (a, b, text, output))
+                    compared[command, 'M25' in output] += 1
+        print(f'written programs compared: {dict(compared)}')
+        for command in TO_EXCELLON:
+            self.assertGreaterEqual(compared[command, False] + compared[command, True], 0.8 * (OPTIONS.programs // 3))
+        # The others are executed; these are repeated by the control.
+        self.assertGreaterEqual(compared['translate', True], 0.15 * (OPTIONS.programs // 3))
+
+    def test_copies_of_sieb_meyer_programs(self):
+        """Offsets, mirrors and turns of a section become M02 blocks that end with M02 alone."""
+        text = ('%%5000\nM31X1.Y2.T1\nX3.Y2.\nX0Y0M50\n{}M30\nX50.Y50.\n$\nT1D1.\n$\n')
+        for copies, mirrors in (('X100.Y0M60', 'M90M70'), ('X100.Y0M70', 'M80'), ('X100.Y0M80', 'M90'),
+                                ('X100.Y0M90', 'M80M90'), ('X100.Y0M60M70', 'M70'), ('X100.Y0M60M90', 'M80M70'),
+                                ('X100.Y0M60M80', 'M80M90M70')):
+            with self.subTest(copies=copies):
+                with tempfile.TemporaryDirectory() as folder:
+                    source = Path(folder) / 'program.s5'
+                    source.write_text(text.format(copies))
+                    done = subprocess.run([OPTIONS.panelcal, 'translate', source, '--to', 'excellon', '-o', '-'],
+                                          capture_output=True, text=True, timeout=60)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                block = re.search(r'^M02X[0-9.-]+Y[0-9.-]+((?:M[789]0)*)\nM02\nM08$', done.stdout, re.M)
+                self.assertIsNotNone(block, done.stdout)
+                self.assertEqual(block[1], mirrors)
+                compare(read_program(done.stdout).operations, Run(done.stdout).output, False, GLYPHS)
 
 
 class Repository(unittest.TestCase):

@@ -12,7 +12,7 @@
 #include "vision/round/model/window.h"
 #include "vision/round/profile/rim_profile.h"
 #include "vision/round/profile/rim_waves.h"
-#include "vision/round/profile/shift_filter.h"
+#include "vision/round/profile/sector_turns.h"
 #include "vision/round/residuals.h"
 #include "vision/round/shape.h"
 #include "vision/round/strangers.h"
@@ -229,10 +229,16 @@ class RimEstimator {
     solution_.parameters = start_;
   }
 
+  /// Lets plain() go on from where a fit in another window ended, if that one found the rim.
+  void start_near(const RimEstimator& other) {
+    is_near_ = other.solution_.converged && !is_astray(other.solution_.parameters);
+    if (is_near_) solution_.parameters = other.solution_.parameters;
+  }
+
   /// Maximum likelihood with everything flat; empty if something in the window is not.
   std::optional<RimEstimate> plain() {
     if (window_.empty()) return RimEstimate{};
-    if (!fit_roughly() || !fit_all()) return std::nullopt;
+    if (!(is_near_ || fit_roughly()) || !fit_all()) return std::nullopt;
     look();
     fit_own_slope();
     if (!noise_.is_textured) fit_oval();
@@ -371,8 +377,7 @@ class RimEstimator {
       px[static_cast<Eigen::Index>(i)] = deviations[i].px;
       variance += deviations[i].variance / static_cast<double>(deviations.size());
     }
-    std::vector<double> powers;
-    for (int k = 2; k <= kMostPlainWaves; ++k) powers.push_back(wave_power(px, {}, k));
+    std::vector<double> powers = wave_powers(px, {}, 2, kMostPlainWaves);
     RimWaves waves = extrapolate_waves(powers, variance, kPlainRoughChance);
     if (waves.own > kPlainOwn * variance) return false;
     if (options_.freedom.is_oval) {
@@ -441,6 +446,7 @@ class RimEstimator {
   RimResiduals residuals_;
   RimNoiseEstimate noise_;
   bool is_weighted_ = false;
+  bool is_near_ = false;  ///< the start is another window's solution
 };
 
 }  // namespace
@@ -457,6 +463,7 @@ RimEstimate estimate_rim(const Image& image,
   if (start.is_of_its_size) return wide.by_sectors();
   if (const auto plain = wide.plain()) return *plain;
   RimEstimator near = in_window(kNear_px);
+  near.start_near(wide);
   if (const auto plain = near.plain()) return *plain;
   if (near.may_be_plain_within(kNearest_px)) {
     if (const auto plain = in_window(kNearest_px).plain()) return *plain;

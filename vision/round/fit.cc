@@ -52,11 +52,8 @@ struct CircleEquations {
 class Accumulator {
  public:
   Accumulator(const RimWindow& window, const RimFitOptions& options)
-      : window_(window),
-        options_(options),
-        n_(options.freedom.columns(columns_)),
-        n_padded_((n_ + 3) / 4 * 4) {
-    rows_.setZero(kRows, n_padded_);
+      : window_(window), options_(options), n_(options.freedom.columns(columns_)) {
+    rows_.setZero(kRows, n_);
   }
 
   int n() const { return n_; }
@@ -69,8 +66,8 @@ class Accumulator {
 
   CircleEquations at(const RimVector& p) {
     CircleEquations equations;
-    sums_.setZero(n_padded_, n_padded_);
-    gradient_.setZero(n_padded_);
+    sums_.setZero(n_, n_);
+    gradient_.setZero(n_);
     cost_ = 0;
     n_rows_ = 0;
     const RimBand& band = window_.band();
@@ -81,8 +78,8 @@ class Accumulator {
       add_chunk();
     }
     flush();
-    equations.h = sums_.topLeftCorner(n_, n_);
-    equations.g = gradient_.head(n_);
+    equations.h = sums_;
+    equations.g = gradient_;
     equations.cost = cost_;
     add_flat(p, equations);
     return equations;
@@ -123,11 +120,16 @@ class Accumulator {
 
   void flush() {
     if (n_rows_ == 0) return;
-    const auto rows = rows_.topRows(n_rows_);
-    product_.noalias() = rows.transpose() * rows;
-    sums_ += product_.cast<double>();
-    slope_.noalias() = rows.transpose() * residuals_.head(n_rows_);
-    gradient_ += slope_.cast<double>();
+    // Few columns: the packing of a general matrix product would take longer than the sums.
+    for (int i = 0; i < n_; ++i) {
+      const auto column = rows_.col(i).head(n_rows_).array();
+      for (int j = 0; j <= i; ++j) {
+        const double sum = static_cast<double>((column * rows_.col(j).head(n_rows_).array()).sum());
+        sums_(i, j) += sum;
+        if (i != j) sums_(j, i) += sum;
+      }
+      gradient_[i] += static_cast<double>((column * residuals_.head(n_rows_).array()).sum());
+    }
     n_rows_ = 0;
   }
 
@@ -152,15 +154,10 @@ class Accumulator {
   const RimFitOptions& options_;
   std::array<int, kRimParameters> columns_{};
   int n_;
-  int n_padded_;  ///< products of four columns at a time are the quickest
   RimChunk chunk_;
   Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kRows, kRimParameters>
       rows_;
   Eigen::Matrix<float, kRows, 1> residuals_;
-  Eigen::
-      Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kRimParameters, kRimParameters>
-          product_;
-  Eigen::Matrix<float, Eigen::Dynamic, 1, Eigen::ColMajor, kRimParameters, 1> slope_;
   Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kRimParameters, 1> gradient_;
   CircleDynamic sums_;
   double cost_ = 0;

@@ -85,18 +85,31 @@ FlatSquares flat_squares(const RimWindow& window, const RimResiduals& residuals,
   return squares;
 }
 
-/// Residuals of one zone's flat pixels, 0 elsewhere.
+/// Residuals of one zone's flat pixels, 0 elsewhere: the rows in which there are any.
 std::vector<float> flat_part(const RimWindow& window, const RimResiduals& residuals, RimZone zone) {
-  std::vector<float> part(residuals.values.size(), 0.0F);
+  int first = residuals.height;
+  int end = 0;
+  const auto is_here = [&](const RimSpan& span) { return !span.is_band && span.zone == zone; };
   for (const RimSpan& span : window.spans()) {
-    if (span.is_band || span.zone != zone) continue;
-    const std::size_t at = window.index(span.x0, span.y);
-    const auto count = static_cast<std::size_t>(span.x1 - span.x0);
-    std::copy_n(residuals.values.begin() + static_cast<std::ptrdiff_t>(at),
-                count,
-                part.begin() + static_cast<std::ptrdiff_t>(at));
+    if (!is_here(span)) continue;
+    first = std::min(first, span.y);
+    end = std::max(end, span.y + 1);
+  }
+  if (first >= end) return {};
+  const auto skipped = static_cast<std::ptrdiff_t>(window.index(0, first));
+  std::vector<float> part(window.index(0, end) - window.index(0, first), 0.0F);
+  for (const RimSpan& span : window.spans()) {
+    if (!is_here(span)) continue;
+    const auto at = static_cast<std::ptrdiff_t>(window.index(span.x0, span.y));
+    std::copy_n(residuals.values.begin() + at, span.x1 - span.x0, part.begin() + (at - skipped));
   }
   return part;
+}
+
+/// Of the products of all pairs that far apart.
+double sum_at_lag(const std::vector<float>& part, std::ptrdiff_t lag) {
+  const auto count = static_cast<std::ptrdiff_t>(part.size()) - lag;
+  return count > 0 ? sum_of_products(part.data(), part.data() + lag, count) : 0;
 }
 
 bool is_correlated(const std::vector<float>& part, int width, double n, double variance) {
@@ -105,9 +118,7 @@ bool is_correlated(const std::vector<float>& part, int width, double n, double v
   double statistic = 0;
   for (const auto& [dx, dy] : kLags) {
     const std::ptrdiff_t offset = static_cast<std::ptrdiff_t>(dy) * width + dx;
-    const auto count = static_cast<std::ptrdiff_t>(part.size()) - offset;
-    if (count <= 0) return false;
-    const double rho = sum_of_products(part.data(), part.data() + offset, count) / (n * variance);
+    const double rho = sum_at_lag(part, offset) / (n * variance);
     statistic += n * rho * rho;
   }
   // Chi square of 8 degrees of freedom: beyond 45 by chance once in 3 million.
@@ -132,7 +143,6 @@ RimNoiseEstimate estimate_noise(const RimWindow& window,
     result.total.sigma[i] = std::sqrt(variance);
     known[i] = true;
     const auto part = flat_part(window, residuals, static_cast<RimZone>(i));
-    const auto count = static_cast<std::ptrdiff_t>(part.size());
     const bool is_textured = is_correlated(part, residuals.width, n, variance);
     result.is_textured = result.is_textured || is_textured;
     if (i != 0) continue;
@@ -141,9 +151,7 @@ RimNoiseEstimate estimate_noise(const RimWindow& window,
     // A smooth texture's autocovariance goes on to lag 0 as a parabola; the rest is white.
     const auto mean_at = [&](int lag) {
       const std::ptrdiff_t down = static_cast<std::ptrdiff_t>(lag) * residuals.width;
-      return (sum_of_products(part.data(), part.data() + lag, count - lag) +
-              sum_of_products(part.data(), part.data() + down, count - down)) /
-             (2 * n);
+      return (sum_at_lag(part, lag) + sum_at_lag(part, down)) / (2 * n);
     };
     const double texture = (4 * mean_at(1) - mean_at(2)) / 3;
     result.white = std::sqrt(std::clamp(variance - texture, least * least, variance));

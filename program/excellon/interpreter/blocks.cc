@@ -98,6 +98,7 @@ bool Interpreter::read_words(const Block& block,
 bool Interpreter::move_to(const Block& block,
                           const std::array<std::optional<double>, 2>& xy_mm,
                           AxisUser user) {
+  if (steps_comment_ && !agrees_with_comment(block)) return false;
   for (std::size_t axis = 0; axis < 2; ++axis) {
     const AxisUser before = modal_.user[axis];
     const bool is_fresh = before == AxisUser::None || before == user ||
@@ -244,7 +245,7 @@ void Interpreter::select_vision_tool(const Block& block) {
   if (const auto number = parse_count(block.arguments)) {
     emitter_.put(block.line, VisionTool{*number});
   } else {
-    emitter_.put(block.line, Setting{block.text, SettingKind::Vision});
+    pass_on(block.line, block.text, SettingKind::Vision);
   }
 }
 
@@ -306,7 +307,7 @@ void Interpreter::autocalibration(const Block& block) {
   if (!words.xy_mm[0] && !words.xy_mm[1]) {
     const bool is_performed = options_.has_coupon && options_.structure == Structure::Expanded;
     vision_.calibrate(std::move(order), block.column, block.text);
-    if (is_performed) return emitter_.put(block.line, Setting{block.text, SettingKind::Vision});
+    if (is_performed) return pass_on(block.line, block.text, SettingKind::Vision);
     return report(Code::CoordinateMissing,
                   block,
                   block.words[0],

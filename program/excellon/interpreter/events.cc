@@ -145,7 +145,7 @@ void Interpreter::long_message(const SourceLine& line) {
 void Interpreter::text_offset(const SourceLine& line) {
   const auto comma = line.text.find(',');
   if (comma == std::string_view::npos) {
-    return emitter_.put(line.number, Setting{line.text});  // only shows the offset
+    return pass_on(line.number, line.text);  // only shows the offset
   }
   Eigen::Vector2d offset_mm = modal_.text_offset.in_mm();
   const std::string_view value = line.text.substr(comma + 1);

@@ -5,7 +5,6 @@
 #include <string>
 #include <utility>
 
-#include "program/excellon/text/comment_format.h"
 #include "program/excellon/text/header_words.h"
 
 namespace panelcal::excellon {
@@ -87,7 +86,7 @@ void Interpreter::pass_on_header() {
   for (const HeaderSetting& setting : header_.settings) {
     if (is_tool_link(setting.text)) emitter_.links().link(setting.text);
     if (setting.text == "/") emitter_.links().clear();
-    emitter_.put(setting.line, Setting{setting.text, SettingKind::Header});
+    pass_on(setting.line, setting.text, SettingKind::Header);
   }
   if (header_.zero_set) {
     emitter_.put(header_.end_line > 0 ? header_.end_line : header_.zero_line,
@@ -138,7 +137,7 @@ void Interpreter::run_line(const SourceLine& line) {
                               .nominal = {},
                               .placement = {},
                               .work_zero = place_.work_zero});
-      emitter_.put(line.number, Setting{line.text, SettingKind::Vision});
+      pass_on(line.number, line.text, SettingKind::Vision);
       break;
     case LineKind::BlockDelete:
       run_slashed(line);
@@ -158,7 +157,7 @@ void Interpreter::run_line(const SourceLine& line) {
 /// The short way for what nearly every line is: a hole at absolute coordinates that both passes
 /// know. Everything else, and every doubt, goes the long way. No hole changes what decides this.
 bool Interpreter::run_plain_lines(std::size_t end) {
-  if (modal_.motion != Motion::Drill || modal_.incremental || pending_ ||
+  if (modal_.motion != Motion::Drill || modal_.incremental || pending_ || steps_comment_ ||
       modal_.user[0] != AxisUser::Work || modal_.user[1] != AxisUser::Work ||
       !vision_.may_drill() || !has_working_tool()) {
     return false;
@@ -266,35 +265,6 @@ std::optional<std::size_t> Interpreter::second_block(const Block& block) const {
   const auto code = command(last);
   const bool ends = code == Command::EndRewind || code == Command::EndNoRewind;
   return ends && is_place(0, n - 1) ? std::optional(n - 1) : std::nullopt;
-}
-
-/// A comment that states another format than the one in force: two files may have been joined.
-/// Digits that METRIC states rule over comments. One that states the same counts from here on.
-void Interpreter::check_comment(const SourceLine& line) {
-  using Source = StatedFormat::Source;
-  const CommentFormat comment = read_comment_format(line.text);
-  const PartialFormat statement{
-      comment.unit, comment.zeros, comment.digits, std::string(line.text)};
-  if (statement.is_empty()) return;
-  check_obeyed(stated_, statement, line.text, line.number, line.column, reporter_);
-  const PartialFormat parts = stated_.obeyed(Source::Comment, statement);
-  const NumberFormat& now = format();
-  const bool has_digits_of_word = stated_.source_of_digits() == Source::Word;
-  const bool is_other_digits = parts.digits && !has_digits_of_word &&
-                               *parts.digits != std::pair(now.integer_digits, now.decimal_digits);
-  const bool is_other_unit = parts.unit && *parts.unit != now.unit;
-  const bool is_other_zeros = parts.zeros && *parts.zeros != now.zeros;
-  if (!is_other_unit && !is_other_zeros && !is_other_digits) {
-    if (has_motion_) return;
-    stated_.add_comment_of_body(statement);
-    plain_ = PlainReader(format());  // digits are stated now
-    return;
-  }
-  reporter_.report(Code::ArgumentInvalid,
-                   line.number,
-                   line.column,
-                   quoted(line.text) + " contradicts " + now.summary(),
-                   "one number format for the whole program");
 }
 
 void Interpreter::run_block(const Block& block) {
@@ -442,7 +412,7 @@ void Interpreter::run_without_operands(const Block& block, Command command) {
       return;
     case Command::OverrideFeedSpeed:
       body_rates_ = true;
-      return emitter_.put(block.line, Setting{block.text});
+      return pass_on(block.line, block.text);
     case Command::CompensationOff:
       return switch_compensation(block, CompensationSide::Off);
     case Command::CompensationLeft:
@@ -458,10 +428,9 @@ void Interpreter::run_without_operands(const Block& block, Command command) {
     case Command::Retract:
       return retract(block, false);
     case Command::Absolute:
-      modal_.incremental = false;
-      return;
     case Command::Incremental:
-      modal_.incremental = true;
+      modal_.incremental = command == Command::Incremental;
+      steps_comment_.reset();
       return;
     case Command::Metric:
       return set_unit(block, LengthUnit::Millimeter);

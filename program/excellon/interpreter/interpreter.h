@@ -123,7 +123,6 @@ class Interpreter {
   void run_words(const SourceLine& whole);
   void run_block(const Block& block);
   std::optional<std::size_t> second_block(const Block& block) const;
-  void check_comment(const SourceLine& line);
   void run_code(const Block& block);
   void run_command(const Block& block, Command command);
   void run_without_operands(const Block& block, Command command);
@@ -135,6 +134,7 @@ class Interpreter {
   void run_section(int line);
   void warn_of_feed(const RepeatSection& section);
   void warn_of_open_count(const RepeatSection& section);
+  void warn_of_swap(const RepeatSection& section);
   void end_section(const RepeatSection& section);
   bool run_kept(const RepeatSection& section, const Modal& start);
   void run_level(const RepeatSection& section,
@@ -173,6 +173,13 @@ class Interpreter {
   OptionAgain compare_with_header(const Block& block, const HeaderCommand& command);
   bool is_late_unit(LengthUnit unit) const;
   void pass_on_setting(const Block& block);
+  /// Passes on a setting as written, in the unit in force.
+  void pass_on(int line, std::string_view text, SettingKind kind = SettingKind::Body) {
+    emitter_.put(line, Setting{text, kind, format().unit});
+  }
+  void check_comment(const SourceLine& line);
+  void refuse_comment(const SourceLine& line, const PartialFormat& parts, bool is_left_open);
+  bool agrees_with_comment(const Block& block);
   void header_word(const SourceLine& line);
 
   // events.cc
@@ -285,10 +292,14 @@ class Interpreter {
   bool in_stored_pattern_ = false;
   std::size_t pattern_depth_ = 0;  ///< step and repeat levels around the stored pattern
   bool has_motion_ = false;
+  /// The last comment that says whether coordinates are steps, until the next coordinate, and what
+  /// it says.
+  std::optional<std::pair<SourceLine, bool>> steps_comment_;
   bool warned_slash_ = false;
   bool warned_split_ = false;   ///< two blocks in a line
   bool warned_feed_ = false;    ///< of a pattern's copies
   bool warned_count_ = false;   ///< offsets counted anew without a bare M02
+  bool warned_swap_ = false;    ///< M70 ahead of a mirror
   bool warned_padded_ = false;  ///< zeros beyond the format's digits
   bool reported_no_tool_ = false;
   int line_of_open_count_ = 0;  ///< see RepeatSection

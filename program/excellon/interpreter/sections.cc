@@ -28,6 +28,7 @@ void Interpreter::run_section(int line) {
     return;
   }
   warn_of_open_count(*section);
+  warn_of_swap(*section);
   if (trial_ != nullptr) {
     trial_->is_repeated = true;
     emitter_.stop_executing();
@@ -59,6 +60,18 @@ void Interpreter::warn_of_open_count(const RepeatSection& section) {
       block.column,
       fmt::format("{} counts from its pattern, not on from line {}", quoted(block.text), line),
       fmt::format("M02 in a block by itself behind line {}", line));
+}
+
+/// All of the manual's examples have the mirrors first; what it says of each command leaves open
+/// whether one that comes behind M70 would mirror the other axis.
+void Interpreter::warn_of_swap(const RepeatSection& section) {
+  if (!section.swap_before_mirror || std::exchange(warned_swap_, true)) return;
+  const Block& block = *section.swap_before_mirror;
+  reporter_.report(Code::NotationAccepted,
+                   block.line,
+                   block.column,
+                   quoted(block.text) + " is mirrored first, then its axes are exchanged",
+                   "M70 behind M80 and M90");
 }
 
 /// "A repeat of all the commands" would begin a copy with the feed that the one before has ended

@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include "program/excellon/interpreter/interpreter.h"
+#include "program/excellon/text/comment_format.h"
 #include "program/excellon/text/header_format.h"
 #include "program/excellon/text/header_words.h"
 #include "program/model/setting_lengths.h"
+#include <fmt/format.h>
 
 namespace panelcal::excellon {
 namespace {
@@ -195,6 +198,76 @@ bool Interpreter::is_late_unit(LengthUnit unit) const {
   return !stated_.states_unit() && has_dimension_ && unit != format().unit;
 }
 
+/// A comment that states another format than the one in force: two files may have been joined.
+/// Digits that METRIC states rule over comments. One that states the same counts from here on.
+void Interpreter::check_comment(const SourceLine& line) {
+  using Source = StatedFormat::Source;
+  const CommentFormat comment = read_comment_format(line.text);
+  if (comment.is_incremental) steps_comment_ = {line, *comment.is_incremental};
+  const PartialFormat statement{
+      comment.unit, comment.zeros, comment.digits, std::string(line.text)};
+  if (statement.is_empty()) return;
+  check_obeyed(stated_, statement, line.text, line.number, line.column, reporter_);
+  const PartialFormat parts = stated_.obeyed(Source::Comment, statement);
+  const NumberFormat& now = format();
+  const bool has_digits_of_word = stated_.source_of_digits() == Source::Word;
+  const bool is_other_digits = parts.digits && !has_digits_of_word &&
+                               *parts.digits != std::pair(now.integer_digits, now.decimal_digits);
+  const bool is_other_unit = parts.unit && *parts.unit != now.unit;
+  const bool is_other_zeros = parts.zeros && *parts.zeros != now.zeros;
+  if (is_other_unit || is_other_zeros || is_other_digits) {
+    const bool is_left_open = (is_other_unit && !stated_.states_unit()) ||
+                              (is_other_zeros && !stated_.states_zeros()) ||
+                              (is_other_digits && !stated_.states_digits());
+    return refuse_comment(line, parts, is_left_open);
+  }
+  if (has_motion_) return;
+  stated_.add_comment_of_body(statement);
+  plain_ = PlainReader(format());  // digits are stated now
+}
+
+/// What the program leaves open was taken from outside of it (nc_param.txt, the control's last
+/// setting), or is the manual's, before this comment came: the operator decides.
+void Interpreter::refuse_comment(const SourceLine& line,
+                                 const PartialFormat& parts,
+                                 bool is_left_open) {
+  const NumberFormat& now = format();
+  std::string what = quoted(line.text) + " contradicts " + now.summary();
+  std::string expected = "one number format for the whole program";
+  if (is_left_open) {
+    NumberFormat other = now;
+    other.unit = parts.unit.value_or(now.unit);
+    other.zeros = parts.zeros.value_or(now.zeros);
+    if (other.unit != now.unit) other.take_usual_digits();
+    if (parts.digits) std::tie(other.integer_digits, other.decimal_digits) = *parts.digits;
+    const std::string evidence = stated_.evidence();
+    if (!evidence.empty()) what += " (" + evidence + ")";
+    expected = fmt::format(
+        "--format {}, as the comment has it, or --format {}", other.option(), now.option());
+  }
+  reporter_.report(
+      Code::ArgumentInvalid, line.number, line.column, std::move(what), std::move(expected));
+}
+
+/// Whether coordinates are steps a control knows by G90, G91 and ICI alone. A comment that says
+/// otherwise than the mode in force is no order: one of the two is wrong.
+bool Interpreter::agrees_with_comment(const Block& block) {
+  const auto [line, is_incremental] = *std::exchange(steps_comment_, std::nullopt);
+  if (is_incremental == modal_.incremental) return true;
+  const auto kind = [](bool is_step) { return is_step ? "incremental (G91)" : "absolute (G90)"; };
+  reporter_.report(Code::ArgumentInvalid,
+                   line.number,
+                   line.column,
+                   fmt::format("{} states {} coordinates, and {} of line {} is read as {}",
+                               quoted(line.text),
+                               kind(is_incremental),
+                               quoted(block.text),
+                               block.line,
+                               kind(modal_.incremental)),
+                   "G91 or G90 between them, as the coordinates are meant");
+  return false;
+}
+
 /// A header command in the body: "there is no harm done" if the header says the same, and what it
 /// says otherwise is not used. What changes places holds only before the first one.
 /// Source CNC-7 manual, Duplicate Commands; Keyboard and Header Commands vs. Body Commands
@@ -210,7 +283,9 @@ void Interpreter::header_word(const SourceLine& line) {
   const OptionAgain again = compare_with_header(block, command);
   if (again == OptionAgain::Contradicts) return;
   if (again == OptionAgain::Same) {
-    if (word != "ICI" || modal_.incremental == header_.incremental) return;
+    if (word != "ICI") return;
+    steps_comment_.reset();
+    if (modal_.incremental == header_.incremental) return;
     return reporter_.report(Code::ArgumentInvalid,
                             block.line,
                             block.column,
@@ -226,6 +301,7 @@ void Interpreter::header_word(const SourceLine& line) {
   report_outside(Code::HeaderWordInBody, block);
   if (word != "ICI") return pass_on_setting(block);
   modal_.incremental = value != "OFF";
+  steps_comment_.reset();
 }
 
 /// An option that the header has as well; More: it has none. Contradictions are reported.
@@ -298,7 +374,7 @@ void Interpreter::pass_on_setting(const Block& block) {
         quoted(block.text) + " is not in the number format of the header, " + written.summary(),
         "one unit, stated in the header");
   }
-  emitter_.put(block.line, Setting{block.text});
+  pass_on(block.line, block.text);
 }
 
 }  // namespace panelcal::excellon

@@ -161,6 +161,9 @@ class SectionScanner {
             (command == Command::MirrorY && run.mirror_y)) {
           return bad(block, word, "each of M70, M80 and M90 once");
         }
+        if (command != Command::SwapAxes && run.swap_axes && !section_.swap_before_mirror) {
+          section_.swap_before_mirror = block;
+        }
         run.swap_axes |= command == Command::SwapAxes;
         run.mirror_x |= command == Command::MirrorX;
         run.mirror_y |= command == Command::MirrorY;

@@ -43,6 +43,8 @@ struct RepeatSection {
   int line_of_open_count = 0;
   /// The first M02 block that counts anew behind such offsets, and the line of those.
   std::optional<std::pair<Block, int>> count_behind_open_one;
+  /// The first M02 block with M70 ahead of a mirror.
+  std::optional<Block> swap_before_mirror;
 };
 
 inline constexpr std::size_t kMaxLevels = 64;

@@ -89,13 +89,14 @@ void Interpreter::cnc_command(const Block& block) {
                      block.argument_column,
                      quoted(block.argument),
                      "a CNC command that the manual names");
-    return emitter_.put(block.line, Setting{block.text});
+    return emitter_.put(block.line, Setting{.text = block.text, .unit = format_.unit});
   }
   switch (command->info->treatment) {
     case Treatment::Passed:
-      return emitter_.put(block.line, Setting{block.text});
+      return emitter_.put(block.line, Setting{.text = block.text, .unit = format_.unit});
     case Treatment::Refused:
-      if (switches_off(*command)) return emitter_.put(block.line, Setting{block.text});
+      if (switches_off(*command))
+        return emitter_.put(block.line, Setting{.text = block.text, .unit = format_.unit});
       if (states_own_format(*command)) return;
       return reporter_.report(Code::NotSupported,
                               block.line,
@@ -181,7 +182,7 @@ void Interpreter::obey(const Block& block, const CncCommand& command) {
     default:
       return;
   }
-  emitter_.put(block.line, Setting{block.text});
+  emitter_.put(block.line, Setting{.text = block.text, .unit = format_.unit});
 }
 
 /// Obeys commands that move programmed coordinates. The effect of a scale and a rotation is in the
@@ -286,7 +287,7 @@ void Interpreter::set_axis_version(const Block& block, std::string_view argument
     frame_ = frame;
     place(frame_);
   }
-  emitter_.put(block.line, Setting{block.text});
+  emitter_.put(block.line, Setting{.text = block.text, .unit = format_.unit});
 }
 
 /// Averages, references and tolerances of surface detection.
@@ -354,7 +355,7 @@ bool Interpreter::obey_surface(const Block& block, const CncCommand& command) {
     default:
       return false;
   }
-  emitter_.put(block.line, Setting{block.text});
+  emitter_.put(block.line, Setting{.text = block.text, .unit = format_.unit});
   return true;
 }
 

@@ -137,6 +137,18 @@ class Interpreter {
     std::optional<StoredCorrection> saved;  ///< by each copy
     bool has_loaded = false;                ///< each copy has loaded its own
     bool has_late_series = false;           ///< G31 behind G36
+    int base = 0;                           ///< KeptState::base as it began
+    bool uses_base = false;                 ///< keeps or loads offsets on top of that from outside
+    std::optional<int> unsaved_offset;  ///< line of a G36 behind G39,SAVE that none stands behind
+  };
+  /// The content of a storage location.
+  struct KeptSet {
+    StoredCorrection correction;
+    /// KeptState::base that comes back with it, or that an offset alone stands on; absent: each
+    /// copy has measured its own.
+    std::optional<int> base;
+
+    bool is_offset_alone() const { return correction.is_offset && correction.n_targets == 1; }
   };
   /// For translation: corrections as other languages know them.
   struct KeptState {
@@ -144,10 +156,13 @@ class Interpreter {
     KeptOffsets offsets;
     bool may_load_offset = false;  ///< a set was saved under one
     int n_of_last = 0;             ///< targets of the last correction, if it was calculated
+    bool is_fit_in_force = false;  ///< no other correction came behind the last G31 or REQCOMP
     std::optional<std::int64_t> turned_off_in;  ///< the block of the last G30
     std::optional<KeptSection> section;         ///< that is passed on
     int n_labels = 0;
-    std::map<int, StoredCorrection> sets;  ///< by storage location, with the copy that saved them
+    int n_bases = 0;              ///< base corrections that came into force
+    int base = 0;                 ///< the one in force, by its number; 0: none
+    std::map<int, KeptSet> sets;  ///< by storage location, with the copy that saved them
   };
   /// G39 as another language says it.
   struct KeptOrder {
@@ -317,7 +332,7 @@ class Interpreter {
   void keep_optical_order(const Block& block, Command command);
   void keep_target(const Block& block, Command command, const TargetPlace& target);
   void keep_pattern_target(const Block& block, const Position<frame::Nominal>& nominal);
-  void keep_series(const Block& block);
+  void keep_series(int line, std::string_view text);
   void keep_end(const Block& block, Command command);
   void keep_set(const Block& block);
   KeptOrder save_of_copies(const std::optional<int>& location);
@@ -325,6 +340,7 @@ class Interpreter {
   KeptOrder load_kept(const std::optional<int>& location);
   KeptOrder load_of_copies();
   KeptOrder load_from(const std::optional<int>& location);
+  bool take_base_of(const KeptSet& set);
   void clear_sets(const std::optional<int>& location);
   void keep_surface_order(const Block& block, const Order& order, bool has_place);
   void skip_kept_grid(const Block& block, const Order& order);

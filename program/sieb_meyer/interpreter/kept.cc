@@ -65,8 +65,10 @@ void Interpreter::run_kept(int i_section) {
   place(frame_);
   emitter_.put(section.begin.number, PatternBegin{});
   repeats_tool_ = true;
-  kept_.section =
-      KeptSection{.n_copies = static_cast<int>(copies.size()), .n_waiting = kept_.targets.size()};
+  kept_.section = KeptSection{.n_copies = static_cast<int>(copies.size()),
+                              .n_waiting = kept_.targets.size(),
+                              .base = kept_.base};
+  kept_.is_fit_in_force = false;  // the second copy may begin with another correction
   run_copy(i_section, start);
   repeats_tool_ = false;
   end_kept_section(section);
@@ -84,9 +86,24 @@ void Interpreter::end_kept_section(const Section& section) {
                 .remedy = "G31 behind its last target",
                 .problem = "a section that leaves targets to its next copy"});
   }
+  if (done.unsaved_offset) {
+    pass_order(*done.unsaved_offset,
+               {.text = "",
+                .remedy = "G39,SAVE again behind it, or G36 in a section behind its G39,LOAD",
+                .problem = "G36 behind G39,SAVE of its section, with which Excellon stores it"});
+  }
+  if (done.uses_base && kept_.base != done.base && done.n_copies > 1) {
+    pass_order(section.closing.number,
+               {.text = "",
+                .remedy = "G30, G31, G34 and G39,LOAD# in a section of their own",
+                .problem = "an offset (G36) in G39,SAVE or G39,LOAD, whose section changes the "
+                           "correction that it stands on"});
+  }
   for (int i = 1; done.saved && i <= done.n_copies; ++i) {
-    kept_.sets[i] = *done.saved;
-    kept_.sets[i].copy = i;
+    KeptSet& set = kept_.sets[i];
+    set.correction = *done.saved;
+    set.correction.copy = i;
+    set.base = set.is_offset_alone() ? std::optional(done.base) : std::nullopt;
   }
 }
 
@@ -134,7 +151,7 @@ void Interpreter::keep_optical_order(const Block& block, Command command) {
       }
       return;
     case Command::CorrectionOn:
-      return keep_series(block);
+      return keep_series(block.line, "G31");
     default:
       return keep_end(block, command);
   }
@@ -157,10 +174,12 @@ Command written_slot(Command command, const Placement& copy, const Placement& wr
 void Interpreter::keep_target(const Block& block, Command command, const TargetPlace& target) {
   const int mode = settings_.measurement_mode;
   const bool is_layer = (mode == 2 || mode == 3) && command == Command::Measure;
+  // G39,REQCOMP needs mode 3.
   const std::string_view remedy =
-      mode == 5  ? "targets that show both coordinates, and [vision] mode = 1"
-      : is_layer ? "one layer of each target: G33 alone, or [vision] mode = 1"
-                 : "";
+      mode == 5               ? "targets that show both coordinates, and [vision] mode = 1"
+      : is_layer && mode == 3 ? "one layer of each target: G33 alone"
+      : is_layer              ? "one layer of each target: G33 alone, or [vision] mode = 1"
+                              : "";
   const Command written = mode == 5 ? written_slot(command, target.placement, frame_) : command;
   const std::string text = code_text(written);
   pass_order(block.line, {.text = text, .target = target.nominal, .remedy = remedy});
@@ -171,9 +190,7 @@ void Interpreter::keep_target(const Block& block, Command command, const TargetP
 void Interpreter::keep_pattern_target(const Block& block, const Position<frame::Nominal>& nominal) {
   KeptOffsets& offsets = kept_.offsets;
   OpticalOrder order{.text = "G36", .target = nominal, .ends_with_copy = true};
-  if (kept_.section && kept_.section->saved) {
-    order.remedy = "G36 before G39,SAVE";  // Excellon would store it as well
-  } else if (offsets.has_outer) {
+  if (offsets.has_outer) {
     order.remedy = "G34 before the section";
     order.problem = "G36 under an offset from outside of its section";
   } else if (offsets.n_targets > 0) {
@@ -183,33 +200,41 @@ void Interpreter::keep_pattern_target(const Block& block, const Position<frame::
   pass_order(block.line, order);
   offsets.has_own = true;
   ++offsets.n_targets;
+  kept_.is_fit_in_force = false;
   if (!order.remedy.empty()) return;
-  if (kept_.section) ++kept_.section->n_targets;
+  if (kept_.section) {
+    ++kept_.section->n_targets;
+    if (kept_.section->saved) kept_.section->unsaved_offset = block.line;
+  }
   const std::array targets = {nominal};
   emitter_.put(block.line, VisionSeries{CorrectionLevel::Nested, targets});
 }
 
-/// G31.
-void Interpreter::keep_series(const Block& block) {
+/// G31, and G39,REQCOMP, which is answered by the same fit. Without targets since they would put in
+/// force what is in force already, or what was before another order; Excellon cannot say that.
+void Interpreter::keep_series(int line, std::string_view text) {
+  if (kept_.targets.empty() && kept_.is_fit_in_force) return pass_order(line, {.text = text});
   const std::vector<Position<frame::Nominal>> targets = std::exchange(kept_.targets, {});
   KeptSection* const section = kept_.section ? &*kept_.section : nullptr;
   const bool takes_others =
       section != nullptr && section->n_copies > 1 && std::exchange(section->n_waiting, 0) > 0;
-  OpticalOrder order{.text = "G31"};
+  OpticalOrder order{.text = text};
   if (targets.empty()) {
-    order.remedy = "targets (G32) ahead of every G31";
+    order.remedy = "G34 and its targets (G33) once more before it";
     order.ends_with_copy = kept_.offsets.has_outer;
   } else if (section != nullptr && section->saved) {
-    order.remedy = "G31 before G39,SAVE";
+    order.remedy = "it before G39,SAVE";
   } else if (takes_others) {
     order.remedy = "all targets in the section";
-    order.problem = "G31 with targets from ahead of its section, which one copy takes";
+    order.problem = "a fit with targets from ahead of its section, which one copy takes";
   } else if (targets.size() == 2 && options_.sieb_meyer.fits_scale) {
     order.remedy = "three targets, or [vision] scale = false";
     order.problem = "a scale fitted to two targets";
   }
-  pass_order(block.line, order);
+  pass_order(line, order);
   kept_.n_of_last = 0;
+  kept_.base = ++kept_.n_bases;
+  kept_.is_fit_in_force = order.remedy.empty();
   if (!order.remedy.empty()) return;
   kept_.n_of_last = static_cast<int>(targets.size());
   if (section != nullptr) {
@@ -218,7 +243,7 @@ void Interpreter::keep_series(const Block& block) {
     section->n_targets += kept_.n_of_last;
   }
   kept_.offsets.has_own = false;
-  emitter_.put(block.line, VisionSeries{CorrectionLevel::Base, targets});
+  emitter_.put(line, VisionSeries{CorrectionLevel::Base, targets});
 }
 
 /// G30, which clears as well where it comes twice running, and G34.
@@ -235,8 +260,13 @@ void Interpreter::keep_end(const Block& block, Command command) {
     kept_.n_of_last = 0;
     kept_.offsets.has_own = false;
     kept_.offsets.n_targets = 0;
-    if (kept_.section) kept_.section->n_waiting = 0;
+    if (kept_.section) {
+      kept_.section->n_waiting = 0;
+      kept_.section->has_series = false;
+    }
   }
+  kept_.base = 0;
+  kept_.is_fit_in_force = false;
   emitter_.put(block.line, CancelCorrection{CorrectionLevel::Base});
 }
 
@@ -266,6 +296,7 @@ SetOrder set_order(std::string_view text) {
 /// In the language itself the order goes on as it is. Without a number of its own it means that of
 /// the copy, which has to be written where copies are executed one by one.
 void Interpreter::keep_set(const Block& block) {
+  if (block.argument == "REQCOMP") return keep_series(block.line, "G39,REQCOMP");
   const SetOrder order = set_order(block.argument);
   const bool has_location = order.kind == SetOrderKind::Save || order.kind == SetOrderKind::Load ||
                             order.kind == SetOrderKind::Clear;
@@ -294,32 +325,38 @@ void Interpreter::keep_set(const Block& block) {
       break;
     case SetOrderKind::Other:
       kept_.targets.clear();  // it uses them up
-      kept.remedy = block.argument == "REQCOMP"
-                        ? "G31 in its place"
-                        : "the offset calibrated by the control that drills (G39X#Y#, $uvis,calib)";
+      kept_.is_fit_in_force = false;
+      kept.remedy = "the offset calibrated by the control that drills (G39X#Y#, $uvis,calib)";
       break;
   }
   pass_order(block.line, {.text = text, .remedy = kept.remedy, .ends_with_copy = ends_with_copy});
   if (kept.stored) emitter_.put(block.line, *kept.stored);
 }
 
-/// Every copy of the section keeps what it has measured.
+/// Every copy of the section keeps what it has measured: G31, an offset on top of it, or an offset
+/// alone, on top of what is in force round the section. A second G39,SAVE may add the offset: both
+/// mean the same location.
 Interpreter::KeptOrder Interpreter::save_of_copies(const std::optional<int>& location) {
   KeptSection& section = *kept_.section;
   if (location) {
     kept_.sets.erase(*location);  // the last copy's
     return {"G39,SAVE without a number in a section", {}};
   }
-  if (section.saved) return {"one G39,SAVE in a section", {}};
+  const bool is_offset = kept_.offsets.has_own;
+  const bool adds_offset = is_offset && section.saved && !section.saved->is_offset;
+  if (section.saved && !adds_offset) return {"one G39,SAVE in a section", {}};
   if (section.has_loaded) return {"G39,SAVE and G39,LOAD in sections of their own", {}};
-  if (!section.has_series || !kept_.targets.empty()) {
+  const bool stands_on_outer = is_offset && kept_.base == section.base;
+  if (!(section.has_series || stands_on_outer) || !kept_.targets.empty()) {
     return {"G32 and G31 before it in the same section", {}};
   }
   if (section.has_late_series) return {"G36 behind G31", {}};
-  const bool is_offset = kept_.offsets.has_own;
   const CorrectionLevel level = is_offset ? CorrectionLevel::Nested : CorrectionLevel::Base;
-  section.saved = StoredCorrection{
-      StoredCorrectionKind::Keep, ++kept_.n_labels, level, section.n_targets, is_offset};
+  const int label = section.saved ? section.saved->label : ++kept_.n_labels;
+  section.saved =
+      StoredCorrection{StoredCorrectionKind::Keep, label, level, section.n_targets, is_offset};
+  section.uses_base |= !section.has_series;
+  section.unsaved_offset.reset();
   return {{}, section.saved};
 }
 
@@ -333,8 +370,9 @@ Interpreter::KeptOrder Interpreter::save_at(const std::optional<int>& location) 
   }
   const StoredCorrection keep{
       StoredCorrectionKind::Keep, ++kept_.n_labels, CorrectionLevel::Base, kept_.n_of_last};
-  kept_.sets[*location] = keep;
-  kept_.sets[*location].copy = 1;
+  KeptSet& set = kept_.sets[*location];
+  set = {keep, kept_.base};
+  set.correction.copy = 1;
   return {{}, keep};
 }
 
@@ -342,14 +380,34 @@ Interpreter::KeptOrder Interpreter::save_at(const std::optional<int>& location) 
 /// the set is of the same base correction.
 Interpreter::KeptOrder Interpreter::load_kept(const std::optional<int>& location) {
   kept_.n_of_last = 0;
+  kept_.is_fit_in_force = false;
   if (kept_.offsets.has_outer) {
     kept_.offsets.has_own = kept_.may_load_offset;
     return {"G34 before the section, which ends the offset (CAMA) from outside of it", {}};
   }
   KeptOrder kept = kept_.section && !location ? load_of_copies() : load_from(location);
   kept_.offsets.has_own = kept.stored ? kept.stored->is_offset : kept_.may_load_offset;
+  if (!kept.stored) kept_.base = ++kept_.n_bases;
   return kept;
 }
+
+/// The base correction that comes into force with a set, but with an offset alone: Excellon puts
+/// that on top of what is in force, G39,LOAD puts both in force. False: they are not the same.
+bool Interpreter::take_base_of(const KeptSet& set) {
+  if (set.is_offset_alone()) {
+    if (kept_.section) kept_.section->uses_base = true;
+    return set.base == kept_.base;
+  }
+  kept_.base = set.base ? *set.base : ++kept_.n_bases;
+  return true;
+}
+
+namespace {
+
+constexpr std::string_view kOnAnother =
+    "G39,LOAD of an offset (G36) under the correction that it was measured under";
+
+}  // namespace
 
 /// Each copy of the section takes what the copy with its number has kept.
 Interpreter::KeptOrder Interpreter::load_of_copies() {
@@ -358,12 +416,14 @@ Interpreter::KeptOrder Interpreter::load_of_copies() {
   if (section.has_loaded) return {"one G39,LOAD without a number in a section", {}};
   for (int i = 1; i <= section.n_copies; ++i) {
     const auto set = kept_.sets.find(i);
-    const bool is_own = set != kept_.sets.end() && set->second.copy == i &&
-                        set->second.label == kept_.sets.begin()->second.label;
+    const bool is_own = set != kept_.sets.end() && set->second.correction.copy == i &&
+                        set->second.correction.label == kept_.sets.begin()->second.correction.label;
     if (!is_own) return {"a section that saves the corrections of these copies, by G39,SAVE", {}};
   }
+  const KeptSet& first = kept_.sets.begin()->second;
+  if (!take_base_of(first)) return {kOnAnother, {}};
   section.has_loaded = true;
-  StoredCorrection use = kept_.sets.begin()->second;
+  StoredCorrection use = first.correction;
   use.kind = StoredCorrectionKind::Use;
   use.copy = 0;
   return {{}, use};
@@ -372,7 +432,8 @@ Interpreter::KeptOrder Interpreter::load_of_copies() {
 Interpreter::KeptOrder Interpreter::load_from(const std::optional<int>& location) {
   const auto set = location ? kept_.sets.find(*location) : kept_.sets.end();
   if (set == kept_.sets.end()) return {"G39,SAVE# with that number, right behind G31", {}};
-  StoredCorrection use = set->second;
+  if (!take_base_of(set->second)) return {kOnAnother, {}};
+  StoredCorrection use = set->second.correction;
   use.kind = StoredCorrectionKind::Use;
   return {{}, use};
 }

@@ -78,7 +78,9 @@ void ExcellonWriter::use_stored(const StoredCorrection& stored) {
   } else {
     pass_points(stored, copy * stored.n_targets, kept->second * stored.n_targets);
   }
-  has_base_ = true;
+  // An offset alone stands on the correction in force.
+  const bool is_offset_alone = stored.is_offset && stored.n_targets == 1;
+  if (!is_offset_alone) has_base_ = true;
   has_nested_ = false;
 }
 

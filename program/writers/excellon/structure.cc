@@ -122,7 +122,7 @@ void ExcellonWriter::write(const PatternEnd& end) {
 }
 
 /// Offsets add up, so their sum is rounded.
-/// Source CNC-7 manual, Step and Repeat Commands
+/// Source CNC-7 manual, Step and Repeat Commands, Repeat Pattern Offset
 void ExcellonWriter::close_pattern(const std::vector<WorkMap>& copies) {
   go_to_drill_mode();
   line("M01");
@@ -141,11 +141,14 @@ void ExcellonWriter::close_pattern(const std::vector<WorkMap>& copies) {
     text() += "M02";
     const Eigen::Vector2d step(static_cast<double>(copy.step_x), static_cast<double>(copy.step_y));
     append_point(to_work * step / steps_per_mm);
-    if (copy.orientation.swap_axes) text() += "M70";
+    // In the order of the manual's sample program.
     if (copy.orientation.mirror_x) text() += "M80";
     if (copy.orientation.mirror_y) text() += "M90";
+    if (copy.orientation.swap_axes) text() += "M70";
     text() += '\n';
   }
+  // "After the last M02 repeat command, an extra M02 command": a control counts on without it.
+  if (!copies.empty()) line("M02");
   line("M08");
   table_feed_.reset();
   series_size_.reset();

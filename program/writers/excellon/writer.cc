@@ -193,8 +193,9 @@ void ExcellonWriter::append_speed(SpindleSpeed speed) {
   const double thousands = speed.in_rpm() / 1000;
   const std::size_t begin = text().size();
   append_fixed(text(), thousands, 3);
-  // The decimal point keeps the number from being read by counting digits.
-  if (text().find('.', begin) == std::string::npos) text() += '.';
+  // The decimal point keeps the number from being read by counting digits; the manual wants a
+  // number behind it.
+  if (text().find('.', begin) == std::string::npos) text() += ".0";
 }
 
 inline char* ExcellonWriter::write_length(char* at, double value) const {
@@ -331,7 +332,12 @@ void ExcellonWriter::write(const Rout& rout) {
   const Eigen::Vector2d start_mm = on_grid(from_mm, written_from_work(), step);
   const Eigen::Vector2d end_mm = on_grid(at_mm_, written_from_work(), step);
   const Eigen::Vector2d center_to_start_mm =
-      start_mm - center_of_rounded(start_mm, end_mm, center_mm);
+      half_turn_on_grid(start_mm,
+                        end_mm,
+                        center_of_rounded(start_mm, end_mm, center_mm),
+                        rout.kind == RoutKind::Clockwise,
+                        written_from_work(),
+                        step);
   if (rout.kind == RoutKind::Line || is_flat(from_mm, at_mm_, center_mm, step)) {
     text() += "G01";
     append_place(rout);
@@ -459,7 +465,7 @@ void ExcellonWriter::write(const Setting& setting) {
           "decimal points in it, or another output format"});
   }
   overrides_rates_ |= setting.text == "G07";
-  line(setting.text);
+  line(with_decimals(setting.text, n_decimals_));
 }
 
 void ExcellonWriter::write(const ZeroSet& zero) {

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "program/model/setting_lengths.h"
 #include "program/model/tool_links.h"
 #include "program/sieb_meyer/text/cnc_commands.h"
 #include "program/sieb_meyer/text/lexer.h"
@@ -90,18 +91,22 @@ void SiebMeyerWriter::write(const Setting& setting) {
     return write_in_axes(version);
   }
   if (setting.text.starts_with(kCommand) && is_obeyed(setting.text.substr(kCommand.size()))) return;
-  if (info().format.unit == LengthUnit::Inch) return write_in_mm(setting.text);
+  const bool is_in_inch = info().format.unit == LengthUnit::Inch;
+  if (is_in_inch || has_more_decimals(setting.text, digits().n_decimals)) {
+    return write_in_mm(setting.text, is_in_inch ? inch(1) : mm(1));
+  }
   line(setting.text);
 }
 
-/// A CNC command of a source in inch: this program is in millimetres.
-void SiebMeyerWriter::write_in_mm(std::string_view setting) {
+/// A CNC command of a source in another unit, or with more digits than this program has.
+void SiebMeyerWriter::write_in_mm(std::string_view setting, Length unit) {
   sieb_meyer::Block block;
   const bool is_command = !sieb_meyer::lex({setting, 0, 1}, block) && block.n_words == 1 &&
                           block.words[0].letter == 'M' &&
                           sieb_meyer::command_of(block.words[0]) == sieb_meyer::Command::CncCommand;
   if (!is_command) return line(setting);
-  const auto converted = sieb_meyer::command_in_mm(block.argument, inch(1), digits().n_decimals);
+  const auto converted = sieb_meyer::command_in_mm(block.argument, unit, digits().n_decimals);
+  if (!converted && unit == mm(1)) return line(setting);
   if (!converted) {
     return refuse(quoted(setting) + ", which may state lengths in inch",
                   "it without lengths, or a program in millimetres");

@@ -169,7 +169,7 @@ class SiebMeyerWriter final : public ProgramWriter {
   void note_pecking(FunctionKind kind);
   void write(const Setting& setting);
   void write_foreign(const Setting& setting);
-  void write_in_mm(std::string_view setting);
+  void write_in_mm(std::string_view setting, Length unit);
   void write(const PatternBegin& begin);
   void write(const PatternEnd& end);
   void write(const VisionSeries& series);

@@ -87,7 +87,8 @@ class Sameness {
            near(middle_of(at_mm_, a), middle_of(at_mm_, b), kWritten_mm);
   }
   bool same(const Plunge& a, const Plunge& b) const {
-    return a.tool == b.tool && a.kind == b.kind && near(a.depth_offset, b.depth_offset);
+    return a.tool == b.tool && a.kind == b.kind && near(a.depth_offset, b.depth_offset) &&
+           same(a.cut, b.cut);
   }
   bool same(const Retract& a, const Retract& b) const { return a.with_clamping == b.with_clamping; }
   bool same(const Compensation& a, const Compensation& b) const {

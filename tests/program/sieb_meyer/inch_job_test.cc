@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include "tests/program/random/compared_share.h"
 #include "tests/program/sieb_meyer/random_draws.h"
 #include "tests/program/sieb_meyer/random_sm_job.h"
 #include "tests/program/writers/translation/run.h"
@@ -96,33 +97,41 @@ RC_GTEST_PROP(InchJob, DoesWhatItDoesInMillimetres, ()) {
 }
 
 /// SIEB & MEYER output is in millimetres, Excellon output in inch: both state it.
-RC_GTEST_PROP(InchJob, DoesTheSameInBothLanguages, ()) {
+bool does_the_same_in(Dialect dialect) {
   const std::string text = text_of(*random_sm_job(SmTargets::None), {.unit = SmUnit::InchSteps});
   const WorkRun source = run_nominally(text, {}, inch());
   RC_PRE(source.errors.empty());
-  for (const Dialect dialect : {Dialect::SiebMeyer, Dialect::Excellon}) {
-    const Translation written = test::translate(text, dialect, {}, inch());
-    RC_ASSERT(written.errors.empty());
-    if (written.is_refused) continue;
-    RC_LOG(text);
-    RC_LOG(written.text);
-    // Whatever the control was set to before: the program states its format.
-    for (const char* const setting : {"inch,lz", "metric,tz"}) {
-      ReadOptions control;
-      control.last_format = *parse_format(setting);
-      const WorkRun again = run_nominally(written.text, {}, control);
-      const bool is_too_short =
-          !again.errors.empty() &&
-          again.errors.front().find("an end away from the start") != std::string::npos;
-      RC_PRE(!is_too_short);
-      if (!again.errors.empty()) RC_LOG(again.errors.front());
-      RC_ASSERT(again.errors.empty());
-      const std::string difference =
-          test::difference(test::work_of(source.events), test::work_of(again.events), kWritten);
-      RC_LOG(difference);
-      RC_ASSERT(difference.empty());
-    }
+  const Translation written = test::translate(text, dialect, {}, inch());
+  RC_ASSERT(written.errors.empty());
+  if (written.is_refused) return false;
+  RC_LOG(text);
+  RC_LOG(written.text);
+  // Whatever the control was set to before: the program states its format.
+  for (const char* const setting : {"inch,lz", "metric,tz"}) {
+    ReadOptions control;
+    control.last_format = *parse_format(setting);
+    const WorkRun again = run_nominally(written.text, {}, control);
+    const bool is_too_short =
+        !again.errors.empty() &&
+        again.errors.front().find("an end away from the start") != std::string::npos;
+    RC_PRE(!is_too_short);
+    if (!again.errors.empty()) RC_LOG(again.errors.front());
+    RC_ASSERT(again.errors.empty());
+    const std::string difference =
+        test::difference(test::work_of(source.events), test::work_of(again.events), kWritten);
+    RC_LOG(difference);
+    RC_ASSERT(difference.empty());
   }
+  return true;
+}
+
+TEST(InchJob, DoesTheSameInSiebMeyer) {
+  test::check_compared(
+      "inch in SIEB & MEYER", 0.5, [] { return does_the_same_in(Dialect::SiebMeyer); });
+}
+
+TEST(InchJob, DoesTheSameInExcellon) {
+  test::check_compared("inch in Excellon", 0.1, [] { return does_the_same_in(Dialect::Excellon); });
 }
 
 // --- converted -----------------------------------------------------------------------------------

@@ -61,7 +61,7 @@ TEST(CsvWriter, KeepsTheOrderOfItsColumns) {
       "value,nominal_end_x,nominal_end_y,actual_end_x,actual_end_y,sigma_end_x,sigma_end_y,"
       "initial_depth,increment,time,next_tool,long,zero_set_x,zero_set_y,work_zero_x,work_zero_y,"
       "file,z,depth,surface,risk,risk_end,surface_sigma,surface_source,risk_shallow,risk_deep,"
-      "reference,control,lower_limit,upper_limit\n");
+      "reference,control,lower_limit,upper_limit,unit\n");
 }
 
 TEST(CsvWriter, WritesAHoleAsOneRow) {
@@ -72,7 +72,7 @@ TEST(CsvWriter, WritesAHoleAsOneRow) {
   ASSERT_TRUE(writer.finish());
   EXPECT_EQ(
       bytes.text(),
-      "drill,14,0.2,1,4.75,6.5,105,207,0.002,0.003,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,\n");
+      "drill,14,0.2,1,4.75,6.5,105,207,0.002,0.003,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,\n");
 }
 
 TEST(CsvWriter, WritesHowDeepAHoleIs) {
@@ -100,6 +100,29 @@ TEST(CsvWriter, WritesTheRiskOfAHole) {
   EXPECT_EQ(with_depth, quick);
 }
 
+/// Texts are the program's own, in its unit.
+TEST(CsvWriter, StatesTheUnitOfTextsInInch) {
+  const auto unit_of = [](const What& what) {
+    const Row row = row_of(what);
+    return row.contains("unit") ? row.at("unit") : "";
+  };
+  constexpr LengthUnit kInch = LengthUnit::Inch;
+  for (const char* text : {"DN,.05",
+                           "PCKPARAM,1,.1",
+                           "CP,1,.05",
+                           "ZC,X1.0Y2.0",
+                           "Z-.1",
+                           "G39X1.Y2.",
+                           "$uvis,searcharea,.1",
+                           "M49,NIB.01"}) {
+    EXPECT_EQ(unit_of(Setting{text, SettingKind::Body, kInch}), "inch") << text;
+    EXPECT_EQ(unit_of(Setting{text}), "") << text;
+  }
+  for (const char* text : {"VER,1", "FMAT,2", "G05", "1/2", "$uvis,lamp,0.5", "R,H", "M49,CAMA"}) {
+    EXPECT_EQ(unit_of(Setting{text, SettingKind::Body, kInch}), "") << text;
+  }
+}
+
 /// The row of a hole, one field after the other.
 std::string row_by_fields(int line, const Drill& hole) {
   std::string row = "drill," + std::to_string(line) + ",," + std::to_string(hole.tool);
@@ -112,7 +135,7 @@ std::string row_by_fields(int line, const Drill& hole) {
   }
   row += std::string(33, ',');
   if (hole.risk) append_risk(row, *hole.risk);
-  return row + ",,,,,,,,,\n";
+  return row + ",,,,,,,,,,\n";
 }
 
 /// A coordinate on the grid of most programs, a corrected one, or one of any size.

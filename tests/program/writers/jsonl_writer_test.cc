@@ -126,6 +126,8 @@ TEST(JsonlWriter, WritesStopsAndTexts) {
   EXPECT_EQ(line_of(Dwell{seconds(2.5)}), "{\"op\":\"dwell\",\"line\":10,\"time\":2.5}\n");
   EXPECT_EQ(line_of(Setting{"VER,1", SettingKind::Header}),
             "{\"op\":\"setting\",\"line\":10,\"text\":\"VER,1\"}\n");
+  EXPECT_EQ(line_of(Setting{"DN,.05", SettingKind::Body, LengthUnit::Inch}),
+            "{\"op\":\"setting\",\"line\":10,\"text\":\"DN,.05\",\"unit\":\"inch\"}\n");
   EXPECT_EQ(
       line_of(ZeroSet{displacement_mm<frame::Machine>(1, 2), position_mm<frame::Machine>(3, 4)}),
       R"({"op":"zero_set","line":10,"zero_set":[1,2],"work_zero":[3,4]})"

@@ -234,5 +234,42 @@ TEST(StrictDigitsRefusal, APlaceThatDoesNotFitIsAnErrorOfItsLine) {
               testing::HasSubstr("p:7: error[number-too-long]"));
 }
 
+// --- settings
+// --------------------------------------------------------------------------------------
+
+std::string text_of(const std::string& source, Dialect to) {
+  std::mt19937 random(1);
+  const WrittenJob job = written_job(source, to, random);
+  EXPECT_EQ(job.problem, "");
+  return job.text;
+}
+
+/// The first number of CP is an index, that of PCKPARAM a tool.
+TEST(StrictDigitsOfSettings, LengthsOfAHeaderHaveTheDigitsOfItsCoordinates) {
+  EXPECT_THAT(
+      text_of(
+          "M48\nMETRIC,TZ\nCP,1,2.1234567\nDN,1.23456789\nUP,10.5\nPCKPARAM,1.2,2.00049\nT1C1.0\n"
+          "%\nT1\nX1.0Y1.0\nM30\n",
+          Dialect::Excellon),
+      testing::AllOf(testing::HasSubstr("\nCP,1,2.123\n"),
+                     testing::HasSubstr("\nDN,1.235\n"),
+                     testing::HasSubstr("\nUP,10.5\n"),
+                     testing::HasSubstr("\nPCKPARAM,1.2,2.000\n")));
+  EXPECT_THAT(
+      text_of("M48\nINCH,LZ\nCP,1,.081234567\nT1C.04\n%\nT1\nX1.0Y1.0\nM30\n", Dialect::Excellon),
+      testing::HasSubstr("\nCP,1,0.0812\n"));
+}
+
+/// A tolerance becomes no larger.
+TEST(StrictDigitsOfSettings, LengthsOfCncCommandsHaveTheDigitsOfCoordinates) {
+  EXPECT_THAT(
+      text_of(
+          "%%5000\nM49,NIB.0123456\nM49,BOTR1.2345678\nM49,MAPT.5678999\nX1.Y1.T1\n$\nT1D1.\n$\n",
+          Dialect::SiebMeyer),
+      testing::AllOf(testing::HasSubstr("\nM49,NIB0.012\n"),
+                     testing::HasSubstr("\nM49,BOTR1.235\n"),
+                     testing::HasSubstr("\nM49,MAPT0.567\n")));
+}
+
 }  // namespace
 }  // namespace panelcal

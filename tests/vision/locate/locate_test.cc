@@ -239,15 +239,15 @@ TEST(Locate, FindsADiscWithMarksAllAroundItsRim) {
   EXPECT_LT(detection.best->visible, LocateOptions{}.min_visible);
 }
 
-/// The opening's edge is as strong as the pad's, and 4.5 px farther out.
+/// The opening's edge is stronger than the pad's, and 6 px farther out.
 TEST(Locate, FindsThePadInAMasksOpening) {
   const Camera camera = noisy_camera();
   const Image image = picture(camera,
-                              {disc_at(camera, 241, 199.5, kRadius + 4.5, 0.5),
+                              {disc_at(camera, 241, 199.5, kRadius + 6, 0.55),
                                disc_at(camera, 240.3, 199.7, kRadius, kLevel)});
   const Detection detection = locate(image, disc_target());
   ASSERT_EQ(detection.status, DetectionStatus::Found) << text(detection);
-  EXPECT_LT((detection.best->center.position - position_px(240.3, 199.7)).in_px().norm(), 0.05);
+  EXPECT_LT((detection.best->center.position - position_px(240.3, 199.7)).in_px().norm(), 0.15);
   EXPECT_NEAR(detection.best->size.in_px(), 2 * kRadius, 0.5);
 }
 

@@ -4,9 +4,12 @@
 #include "vision/round/model/band.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <numbers>
+
+#include "vision/fit/turn.h"
 
 namespace panelcal::internal {
 namespace {
@@ -284,6 +287,49 @@ void RimChunk::weigh(const RimBand& band, double huber) {
     }
   }
   for (std::size_t i = 0; i < kSize; ++i) root_weight[i] = std::sqrt(weight[i]);
+}
+
+RimPlaces rim_places(const RimBand& band, const RimVector& p) {
+  constexpr float kTiny = 1e-6F;
+  constexpr std::array terms = {static_cast<float>(kTurnTerms[0]),
+                                static_cast<float>(kTurnTerms[1]),
+                                static_cast<float>(kTurnTerms[2]),
+                                static_cast<float>(kTurnTerms[3])};
+  const auto n = static_cast<int>(band.size());
+  RimPlaces places;
+  places.distance_px.resize(band.size());
+  places.turn.resize(band.size());
+  const auto center_x = static_cast<float>(p[kCenterX]);
+  const auto center_y = static_cast<float>(p[kCenterY]);
+  const auto radius = static_cast<float>(p[kRadius]);
+  const float* const at_x = band.at_x.data();
+  const float* const at_y = band.at_y.data();
+  float* const distance_px = places.distance_px.data();
+  float* const turn = places.turn.data();
+  for (int i = 0; i < n; ++i) {
+    const float x = at_x[i] - center_x;
+    const float y = at_y[i] - center_y;
+    distance_px[i] = radius - std::sqrt(x * x + y * y);
+    const float ax = std::abs(x);
+    const float ay = std::abs(y);
+    const float t = std::min(ax, ay) / std::max(std::max(ax, ay), kTiny);
+    const float t2 = t * t;
+    const float first = t * (terms[0] + t2 * (terms[1] + t2 * (terms[2] + t2 * terms[3])));
+    const float quarter = ay > ax ? 0.25F - first : first;
+    const float half = x < 0 ? 0.5F - quarter : quarter;
+    turn[i] = y < 0 ? 1 - half : half;
+  }
+  if (!band.has_jacobian) return places;
+  for (int i = 0; i < n; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const float x = at_x[i] - center_x;
+    const float y = at_y[i] - center_y;
+    const float mx = band.j00[k] * x + band.j10[k] * y;
+    const float my = band.j01[k] * x + band.j11[k] * y;
+    const float r = std::max(std::sqrt(x * x + y * y), kTiny);
+    distance_px[i] *= r / std::max(std::sqrt(mx * mx + my * my), kTiny * r);
+  }
+  return places;
 }
 
 RimBandValues band_values(const RimBand& band, const RimVector& p, bool is_ring) {

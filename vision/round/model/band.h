@@ -108,4 +108,13 @@ struct RimBandValues {
 };
 RimBandValues band_values(const RimBand& band, const RimVector& p, bool is_ring);
 
+/// Where every pixel of a band lies about a rim that is no oval.
+struct RimPlaces {
+  std::vector<float> distance_px;  ///< from the rim, inwards
+  /// The direction of the pixel seen from the centre, counted from x towards y, in turns from 0
+  /// to 1; to within 0.0002, as turn_of() has it.
+  std::vector<float> turn;
+};
+RimPlaces rim_places(const RimBand& band, const RimVector& p);
+
 }  // namespace panelcal::internal

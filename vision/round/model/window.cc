@@ -58,6 +58,10 @@ RimWindow::RimWindow(const Image& image,
   height_ = clamped(std::ceil(u.y() + half) + 1, image.height()) - y0_;
   middle_ = u - Eigen::Vector2d(x0_, y0_);
   reference_ = static_cast<float>(start[kLevel]);
+  may_be_clipped_ = false;
+  for (int y = 0; y < height_ && width_ > 0 && !may_be_clipped_; ++y) {
+    may_be_clipped_ = !is_unclipped(row(y), width_);
+  }
   ramp_ = Eigen::ArrayXf::LinSpaced(
       std::max(1, width_), 0.0F, static_cast<float>(std::max(1, width_) - 1));
 }
@@ -226,6 +230,14 @@ bool RimWindow::is_unclipped(const float* values, Eigen::Index n) const {
 }
 
 void RimWindow::collect(const RimVector& p, double reach_px, int stride) {
+  collect_band(p, reach_px, stride);
+  flat_.fill({});
+  for (const RimSpan& span : spans_) {
+    if (!span.is_band) add_flat(span);
+  }
+}
+
+void RimWindow::collect_band(const RimVector& p, double reach_px, int stride) {
   make_spans(p, reach_px);
   const std::array<bool, kRimZones> clipped = clipped_zones();
   for (RimSpan& span : spans_) {
@@ -237,13 +249,8 @@ void RimWindow::collect(const RimVector& p, double reach_px, int stride) {
   }
   band_.clear(!patch_.is_plain());
   band_.reserve(n_band);
-  flat_.fill({});
   for (const RimSpan& span : spans_) {
-    if (!span.is_band) {
-      add_flat(span);
-    } else if (span.y % stride == 0) {
-      add_row(span.y, span.x0, span.x1);
-    }
+    if (span.is_band && span.y % stride == 0) add_row(span.y, span.x0, span.x1);
   }
 }
 

@@ -73,10 +73,13 @@ class RimWindow {
   /// pixel by pixel, since its mean says nothing.
   void collect(const RimVector& p, double reach_px, int stride);
 
+  /// The same without the sums of what is flat: flat() is that of the last collect().
+  void collect_band(const RimVector& p, double reach_px, int stride);
+
   const RimBand& band() const { return band_; }
   RimBand& band() { return band_; }
   const std::array<FlatMoments, kRimZones>& flat() const { return flat_; }
-  /// Of the last collect() with stride 1: every pixel of the window once.
+  /// Of the last collection with stride 1: every pixel of the window once.
   const std::vector<RimSpan>& spans() const { return spans_; }
 
  private:

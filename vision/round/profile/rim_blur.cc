@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
-#include "vision/round/profile/shift_filter.h"
+#include "vision/round/profile/sector_turns.h"
 
 namespace panelcal::internal {
 namespace {
@@ -23,10 +24,8 @@ double used_sectors(const std::vector<char>& use) {
 
 /// Mean power of a wave by chance, as the next shorter ones have it.
 double chance_beside(const Eigen::VectorXd& blurs, const std::vector<char>& use, int n_periods) {
-  double power = 0;
-  for (int k = n_periods + 1; k <= n_periods + kFloorWaves; ++k) {
-    power += wave_power(blurs, use, k) / kFloorWaves;
-  }
+  const auto powers = wave_powers(blurs, use, n_periods + 1, n_periods + kFloorWaves);
+  const double power = std::accumulate(powers.begin(), powers.end(), 0.0) / kFloorWaves;
   return 4 * power / used_sectors(use);
 }
 

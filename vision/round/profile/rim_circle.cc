@@ -36,29 +36,39 @@ struct CircleFit {
 
 class SectorWaves {
  public:
-  explicit SectorWaves(Eigen::Index n) : rows_(3, n) {
+  explicit SectorWaves(Eigen::Index n) : cosine_(n), sine_(n) {
     for (Eigen::Index i = 0; i < n; ++i) {
       const double phi = 2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(n);
-      rows_.col(i) << 1, std::cos(phi), std::sin(phi);
+      cosine_[i] = std::cos(phi);
+      sine_[i] = std::sin(phi);
     }
   }
   CircleFit fit(const Eigen::VectorXd& d, const Use& use) const {
-    CircleFit circle;
-    Eigen::Vector3d g = Eigen::Vector3d::Zero();
+    double n = 0, c = 0, s = 0, cc = 0, cs = 0, dn = 0, dc = 0, ds = 0;
     for (Eigen::Index i = 0; i < d.size(); ++i) {
       if (use[static_cast<std::size_t>(i)] == 0) continue;
-      circle.normal += rows_.col(i) * rows_.col(i).transpose();
-      g += rows_.col(i) * d[i];
+      ++n;
+      c += cosine_[i];
+      s += sine_[i];
+      cc += cosine_[i] * cosine_[i];
+      cs += cosine_[i] * sine_[i];
+      dn += d[i];
+      dc += d[i] * cosine_[i];
+      ds += d[i] * sine_[i];
     }
-    circle.value = (circle.normal + 1e-9 * Eigen::Matrix3d::Identity()).ldlt().solve(g);
+    CircleFit circle;
+    circle.normal << n, c, s, c, cc, cs, s, cs, n - cc;
+    circle.value = (circle.normal + 1e-9 * Eigen::Matrix3d::Identity())
+                       .ldlt()
+                       .solve(Eigen::Vector3d(dn, dc, ds));
     return circle;
   }
   Eigen::VectorXd left(const Eigen::VectorXd& d, const Eigen::Vector3d& value) const {
-    return d - rows_.transpose() * value;
+    return d.array() - (value[0] + value[1] * cosine_ + value[2] * sine_);
   }
 
  private:
-  Eigen::Matrix3Xd rows_;
+  Eigen::ArrayXd cosine_, sine_;
 };
 
 /// Means over n neighbours around, n odd, of usable ones.
@@ -85,21 +95,25 @@ std::size_t count_of(const Use& use) {
 
 /// The `n` usable sectors that are nearest to a circle; the squares they leave.
 double nearest(const Eigen::VectorXd& left, const Use& usable, std::size_t n, Use& use) {
-  std::vector<std::pair<double, std::size_t>> squares;
+  std::vector<double> squares;
+  squares.reserve(usable.size());
   for (std::size_t i = 0; i < usable.size(); ++i) {
-    if (usable[i] != 0) {
-      const double r = left[static_cast<Eigen::Index>(i)];
-      squares.emplace_back(r * r, i);
-    }
+    const double r = left[static_cast<Eigen::Index>(i)];
+    if (usable[i] != 0) squares.push_back(r * r);
   }
   n = std::min(n, squares.size());
-  std::nth_element(
-      squares.begin(), squares.begin() + static_cast<std::ptrdiff_t>(n) - 1, squares.end());
+  const auto last = squares.begin() + static_cast<std::ptrdiff_t>(n) - 1;
+  std::nth_element(squares.begin(), last, squares.end());
+  const double limit = *last;
   use.assign(usable.size(), 0);
   double sum = 0;
-  for (std::size_t k = 0; k < n; ++k) {
-    sum += squares[k].first;
-    use[squares[k].second] = 1;
+  std::size_t n_used = 0;
+  for (std::size_t i = 0; i < usable.size() && n_used < n; ++i) {
+    const double r = left[static_cast<Eigen::Index>(i)];
+    if (usable[i] == 0 || r * r > limit) continue;
+    sum += r * r;
+    use[i] = 1;
+    ++n_used;
   }
   return sum;
 }

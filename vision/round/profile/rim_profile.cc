@@ -2,16 +2,17 @@
 #include "vision/round/profile/rim_profile.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <numeric>
 #include <vector>
 
 #include "vision/round/profile/rim_blur.h"
 #include "vision/round/profile/rim_circle.h"
 #include "vision/round/profile/rim_shape.h"
 #include "vision/round/profile/rim_waves.h"
+#include "vision/round/profile/sector_turns.h"
 #include "vision/round/profile/shift_filter.h"
 #include "vision/round/profile/step_profile.h"
 #include "vision/round/profile/strip.h"
@@ -229,26 +230,24 @@ class RimMeasurement {
 
   /// True if the wide filter is surer and not at odds with the narrow one.
   bool is_better(const Pass& wide, const Pass& narrow) const {
+    if (wide.circle.seen < narrow.circle.seen - kLostByWide) return false;
     const double variance = stated_variance(narrow);
     const double most2 = kWideMove_px * kWideMove_px + kWideMoveSigmas * kWideMoveSigmas * variance;
-    return stated_variance(wide) < variance &&
-           wide.circle.seen >= narrow.circle.seen - kLostByWide &&
-           wide.circle.shift_px.squaredNorm() <
-               std::min(most2, kMostWideMove_px * kMostWideMove_px);
+    return wide.circle.shift_px.squaredNorm() <
+               std::min(most2, kMostWideMove_px * kMostWideMove_px) &&
+           stated_variance(wide) < variance;
   }
 
   double stated_variance(const Pass& pass) const {
     const Eigen::VectorXd left = residuals_about_circle(pass.deviations, pass.circle.use);
-    return waves_of(pass, wave_powers(left, pass.circle.use)).first * pass.circle.unit_cov.trace();
+    return waves_of(pass, own_waves(left, pass.circle.use)).first * pass.circle.unit_cov.trace();
   }
 
   /// Of two periods and more, down to a length.
-  std::vector<double> wave_powers(const Eigen::VectorXd& left, const std::vector<char>& use) const {
+  std::vector<double> own_waves(const Eigen::VectorXd& left, const std::vector<char>& use) const {
     const double around_px = 2 * std::numbers::pi * p_[kRadius] / pass_.strip.unit;
     const int last = std::clamp(static_cast<int>(around_px / kShortestOwnWave_px), 7, 24);
-    std::vector<double> powers;
-    for (int k = 2; k <= last; ++k) powers.push_back(wave_power(left, use, k));
-    return powers;
+    return wave_powers(left, use, 2, last);
   }
 
   static RimWaves waves_of(const Pass& pass, const std::vector<double>& powers) {
@@ -263,7 +262,7 @@ class RimMeasurement {
       outer = std::min(outer, narrow);
       inner = std::min(inner, narrow);
     }
-    window_.collect(p_, std::max(outer, inner) + 1, 1);
+    window_.collect_band(p_, std::max(outer, inner) + 1, 1);
     if (window_.band().size() < 40) return false;
     // The next pass uses what one pass finds of a sector, whatever the radius has become.
     pass_.strip = unroll(window_, p_, outer, inner, pass_.strip.n_sectors(), shape_);
@@ -365,8 +364,8 @@ class RimMeasurement {
   double oval_sigma(double radius_px) const {
     const std::vector<char>& use = pass_.circle.use;
     const Eigen::VectorXd left = residuals_about_circle(pass_.deviations, use);
-    double power = 0;
-    for (int k = 3; k <= 5; ++k) power += wave_power(left, use, k) / 3;
+    const std::vector<double> powers = wave_powers(left, use, 3, 5);
+    const double power = std::accumulate(powers.begin(), powers.end(), 0.0) / 3;
     return std::sqrt(2 * std::max(power, pass_.filter.variance) / pass_.n_used()) / radius_px;
   }
 
@@ -376,7 +375,7 @@ class RimMeasurement {
     const auto& use = is_displaced ? pass_.usable : pass_.circle.use;
     const Eigen::VectorXd left = residuals_about_circle(pass_.deviations, use);
     const auto n = static_cast<double>(left.size());
-    const std::vector<double> powers = wave_powers(left, use);
+    const std::vector<double> powers = own_waves(left, use);
     double squares = 0;
     for (const double power : powers) squares += 2 / n * (power - pass_.filter.variance);
     const RimWaves waves = waves_of(pass_, powers);
@@ -409,12 +408,8 @@ class RimMeasurement {
   void add_lobes(double radius_px, RimProfile& profile) const {
     const Eigen::VectorXd left = residuals_about_circle(pass_.deviations, pass_.usable);
     const auto n = static_cast<double>(left.size());
-    std::array<double, kMostLobes + 1> powers{};
-    double all = 0;
-    for (int k = kFewestLobes - 1; k <= kMostLobes; ++k) {
-      powers[static_cast<std::size_t>(k)] = wave_power(left, pass_.usable, k);
-      all += powers[static_cast<std::size_t>(k)];
-    }
+    const std::vector<double> powers = wave_powers(left, pass_.usable, 0, kMostLobes);
+    const double all = std::accumulate(powers.begin() + kFewestLobes - 1, powers.end(), 0.0);
     const auto largest = std::max_element(powers.begin() + kFewestLobes, powers.end());
     if (*largest < kLobesOverFloor * pass_.filter.variance) return;
     auto n_lobes = static_cast<std::size_t>(largest - powers.begin());

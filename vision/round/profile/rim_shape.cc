@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <numbers>
+
+#include "vision/round/profile/sector_turns.h"
 
 namespace panelcal::internal {
 namespace {
@@ -23,19 +24,14 @@ Eigen::VectorXd rim_shape(const Eigen::VectorXd& residuals,
   const auto n_used = static_cast<double>(std::ranges::count(use, 1));
   const auto n_waves = static_cast<int>(n / kSectorsPerWave);
   if (n_used < 8 || n_waves < 3) return shape;
-  Eigen::VectorXcd turns(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    turns[i] =
-        std::polar(1.0, 2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(n));
-  }
+  const SectorTurns turns(n);
   Eigen::VectorXcd sums = Eigen::VectorXcd::Zero(n_waves + 1);
   Eigen::VectorXd powers = Eigen::VectorXd::Zero(n_waves + 1);
   for (int k = 2; k <= n_waves; ++k) {
-    for (Eigen::Index i = 0; i < n; ++i) {
-      if (use[static_cast<std::size_t>(i)] == 0) continue;
-      const double r = std::clamp(residuals[i], -kMaxDeviation_px, kMaxDeviation_px);
-      sums[k] += r * turns[i * k % n];
-    }
+    turns.for_each(k, [&](Eigen::Index i, const std::complex<double>& turn) {
+      if (use[static_cast<std::size_t>(i)] == 0) return;
+      sums[k] += std::clamp(residuals[i], -kMaxDeviation_px, kMaxDeviation_px) * turn;
+    });
     powers[k] = std::norm(sums[k]) / n_used;
   }
   for (int k = 2; k <= n_waves; ++k) {
@@ -44,7 +40,9 @@ Eigen::VectorXd rim_shape(const Eigen::VectorXd& residuals,
     const double gain = 1 - kNoiseDoubt * variance / std::max(power, 1e-12);
     if (gain <= 0) continue;
     const std::complex<double> wave = gain * 2 / static_cast<double>(n) * sums[k];
-    for (Eigen::Index i = 0; i < n; ++i) shape[i] += (wave * std::conj(turns[i * k % n])).real();
+    turns.for_each(k, [&](Eigen::Index i, const std::complex<double>& turn) {
+      shape[i] += (wave * std::conj(turn)).real();
+    });
   }
   return shape;
 }

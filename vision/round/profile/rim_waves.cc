@@ -29,35 +29,50 @@ double wave_shape(double k, double corner, bool is_smooth) {
   return ratio * ratio;
 }
 
-/// Minus the log likelihood of the powers, beside that of all being 1.
+/// What a rim's own waves have beyond the floor, in steps.
+using OwnSteps = std::array<double, kOwnSteps>;
+
+OwnSteps own_steps(double floor) {
+  OwnSteps own{};
+  own[0] = kLeastOwn * floor;
+  for (std::size_t i = 1; i < kOwnSteps; ++i) own[i] = kOwnStep * own[i - 1];
+  return own;
+}
+
+/// Minus the log likelihood of powers, beside that of all being 1.
 class SpectrumCost {
  public:
   SpectrumCost(std::span<const double> powers, double floor)
-      : n_(std::min(powers.size(), kMostPowers)), floor_(floor) {
-    std::copy_n(powers.begin(), n_, powers_.begin());
-  }
-  void set_shape(double corner, bool is_smooth) {
-    for (std::size_t i = 0; i < n_; ++i) {
-      shape_[i] = wave_shape(static_cast<double>(i) + 2, corner, is_smooth);
-    }
-  }
-  double of(double own) const {
+      : powers_(powers.first(std::min(powers.size(), kMostPowers))), floor_(floor) {}
+
+  double of_floor() const {
     double cost = 0;
-    double product = 1;  // of at most 24 numbers below 1e6
-    for (std::size_t i = 0; i < n_; ++i) {
-      const double s = floor_ + own * shape_[i];
-      cost += powers_[i] / s;
-      product *= s / floor_;
+    for (const double power : powers_) cost += power / floor_;
+    return cost;
+  }
+
+  /// For each step of own waves of a shape.
+  OwnSteps of(const OwnSteps& own, double corner, bool is_smooth) const {
+    OwnSteps costs{};
+    OwnSteps products;  // of at most 24 numbers below 1e6
+    products.fill(1);
+    for (std::size_t k = 0; k < powers_.size(); ++k) {
+      const double shape = wave_shape(static_cast<double>(k) + 2, corner, is_smooth) / floor_;
+      const double power = powers_[k] / floor_;
+      for (std::size_t i = 0; i < kOwnSteps; ++i) {
+        const double s = 1 + own[i] * shape;
+        costs[i] += power / s;
+        products[i] *= s;
+      }
     }
-    return cost + std::log(product);
+    for (std::size_t i = 0; i < kOwnSteps; ++i) costs[i] += std::log(products[i]);
+    return costs;
   }
 
  private:
   static constexpr std::size_t kMostPowers = 24;
-  std::size_t n_;
+  std::span<const double> powers_;
   double floor_;
-  std::array<double, kMostPowers> powers_{};
-  std::array<double, kMostPowers> shape_{};
 };
 
 /// Bound of the error that a lone oval may hide.
@@ -72,33 +87,29 @@ double oval_bound(std::span<const double> powers, double floor) {
 }  // namespace
 
 RimWaves extrapolate_waves(std::span<const double> powers, double floor, double rough_chance) {
+  constexpr std::size_t kShapes = 2 * kCorners.size();
   const SpectrumCost cost(powers, floor);
-  const double round_cost = cost.of(0);
-  std::array<double, 2 * kCorners.size() * kOwnSteps> costs{};
+  const double round_cost = cost.of_floor();
+  const OwnSteps own = own_steps(floor);
+  std::array<OwnSteps, kShapes> costs{};
   double least = round_cost;
-  std::size_t i_cost = 0;
-  for (std::size_t state = 0; state < 2 * kCorners.size(); ++state) {
-    SpectrumCost shaped = cost;
-    shaped.set_shape(kCorners[state / 2], state % 2 == 1);
-    double own = kLeastOwn * floor;
-    for (std::size_t i = 0; i < kOwnSteps; ++i, own *= kOwnStep) {
-      costs[i_cost] = shaped.of(own);
-      least = std::min(least, costs[i_cost++]);
-    }
+  for (std::size_t shape = 0; shape < kShapes; ++shape) {
+    costs[shape] = cost.of(own, kCorners[shape / 2], shape % 2 == 1);
+    least = std::min(least, *std::ranges::min_element(costs[shape]));
   }
-  const double per_state = rough_chance / static_cast<double>(costs.size());
+  const double per_state = rough_chance / static_cast<double>(kShapes * kOwnSteps);
   double sum = (1 - rough_chance) * std::exp(least - round_cost);
   double mean = 0;
   double square = 0;
-  double own = kLeastOwn * floor;
-  for (std::size_t i = 0; i < costs.size(); ++i, own *= kOwnStep) {
-    if (i % kOwnSteps == 0) own = kLeastOwn * floor;
-    const double beyond = costs[i] - least;
-    if (beyond > kUnlikely) continue;
-    const double weight = per_state * std::exp(-beyond);
-    sum += weight;
-    mean += weight * own;
-    square += weight * own * own;
+  for (const OwnSteps& of_shape : costs) {
+    for (std::size_t i = 0; i < kOwnSteps; ++i) {
+      const double beyond = of_shape[i] - least;
+      if (beyond > kUnlikely) continue;
+      const double weight = per_state * std::exp(-beyond);
+      sum += weight;
+      mean += weight * own[i];
+      square += weight * own[i] * own[i];
+    }
   }
   RimWaves waves;
   waves.own = mean / sum;

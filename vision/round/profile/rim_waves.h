@@ -22,7 +22,7 @@ struct RimWaves {
 /// round until shown otherwise; a displaced arc, whose first waves go together, is steep (c small),
 /// so that its shift is within what is expected.
 ///
-/// In     powers: of 2, 3, 4 ... periods, per sector as in wave_power(); floor: what noise makes;
+/// In     powers: of 2, 3, 4 ... periods, per sector as in wave_powers(); floor: what noise makes;
 ///        rough_chance: that the rim has a shape of its own that matters, before anything is seen
 /// Source Whittle 1953 (likelihood of a spectrum)
 /// See    tests/vision/round/profile/rim_waves_test.cc

@@ -5,9 +5,8 @@
 #include <array>
 #include <cmath>
 #include <complex>
-#include <numbers>
-#include <vector>
 
+#include "vision/round/profile/sector_turns.h"
 #include <Eigen/Cholesky>
 
 namespace panelcal::internal {
@@ -33,14 +32,14 @@ struct RingRange {
 Eigen::VectorXd ring_autocovariance(const Eigen::ArrayXXf& left, RingRange rings, int n_waves) {
   const Eigen::Index n = left.cols();
   Eigen::VectorXd covariance = Eigen::VectorXd::Zero(std::max<Eigen::Index>(1, rings.n()));
+  const SectorTurns turns(n);
   Eigen::VectorXf cosine(n);
   Eigen::VectorXf sine(n);
   for (int m = 2; m < 2 + n_waves; ++m) {
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const double phi = 2 * std::numbers::pi * m * static_cast<double>(i) / static_cast<double>(n);
-      cosine[i] = static_cast<float>(std::cos(phi));
-      sine[i] = static_cast<float>(std::sin(phi));
-    }
+    turns.for_each(m, [&](Eigen::Index i, const std::complex<double>& turn) {
+      cosine[i] = static_cast<float>(turn.real());
+      sine[i] = static_cast<float>(turn.imag());
+    });
     const auto rows = left.middleRows(rings.first, rings.n()).matrix();
     const Eigen::VectorXd a = (rows * cosine).cast<double>();
     const Eigen::VectorXd b = (rows * sine).cast<double>();
@@ -108,20 +107,6 @@ ShiftFilter best_filter(const Eigen::MatrixXd& covariance, const Eigen::MatrixXd
 }
 
 }  // namespace
-
-double wave_power(const Eigen::VectorXd& values, const std::vector<char>& use, int n_periods) {
-  const auto n = values.size();
-  std::complex<double> sum = 0;
-  double used = 0;
-  for (Eigen::Index i = 0; i < n; ++i) {
-    if (!use.empty() && use[static_cast<std::size_t>(i)] == 0) continue;
-    const double phi =
-        2 * std::numbers::pi * n_periods * static_cast<double>(i) / static_cast<double>(n);
-    sum += values[i] * std::polar(1.0, phi);
-    ++used;
-  }
-  return used > 0 ? std::norm(sum) / used : 0;
-}
 
 ShiftFilter make_shift_filter(const RimStrip& strip,
                               const Eigen::ArrayXXf& left,

@@ -40,8 +40,4 @@ double band_shift(const RimStrip& strip,
                   const StepProfile& step,
                   const ShiftFilter& filter);
 
-/// The power of waves of n periods around the rim, per sector: E is the variance of a sector if
-/// these are independent. Sectors that are not in `use` count as 0.
-double wave_power(const Eigen::VectorXd& values, const std::vector<char>& use, int n_periods);
-
 }  // namespace panelcal::internal

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "vision/fit/turn.h"
-
 namespace panelcal::internal {
 namespace {
 
@@ -34,20 +32,85 @@ double units_per_px(const RimBand& band, const RimVector& p, const std::vector<f
   return px > 0 ? units / px : 1;
 }
 
-/// Cells without a pixel take the mean of their ring's neighbours.
-void fill_gaps(const Eigen::ArrayXXf& weight, Eigen::ArrayXXf& mean) {
-  const Eigen::Index n = mean.cols();
-  for (Eigen::Index j = 0; j < mean.rows(); ++j) {
+/// What the pixels of a cell add up to.
+struct StripCell {
+  float weight = 0;
+  float sum = 0;
+
+  void add(float share, float value) {
+    weight += share;
+    sum += share * value;
+  }
+};
+
+/// The cells of a strip, sector by sector.
+class StripCells {
+ public:
+  StripCells(int n_rings, int n_sectors)
+      : n_rings_(n_rings),
+        n_sectors_(n_sectors),
+        cells_(static_cast<std::size_t>(n_rings) * static_cast<std::size_t>(n_sectors)) {}
+
+  /// In     sector: 0 to the number of sectors; ring: whatever is not between the first and the
+  ///        last one is left out
+  void share_out(float sector, float ring, float value) {
+    if (!(ring >= 0) || !(ring < static_cast<float>(n_rings_ - 1))) return;
+    const int whole = static_cast<int>(sector);
+    const int i = whole < n_sectors_ ? whole : 0;
+    const int next = i + 1 == n_sectors_ ? 0 : i + 1;
+    const float along = sector - static_cast<float>(whole);
+    const int j = static_cast<int>(ring);
+    const float down = ring - static_cast<float>(j);
+    StripCell* const here = cells_.data() + i * n_rings_ + j;
+    StripCell* const beside = cells_.data() + next * n_rings_ + j;
+    here[0].add((1 - down) * (1 - along), value);
+    here[1].add(down * (1 - along), value);
+    beside[0].add((1 - down) * along, value);
+    beside[1].add(down * along, value);
+  }
+
+  /// Sets the means, how many pixels are in each ring, and what part of the cells holds one.
+  void finish(RimStrip& strip) const {
+    strip.mean.resize(n_rings_, n_sectors_);
+    strip.mass.setZero(n_rings_);
+    Eigen::Index n_seen = 0;
+    const StripCell* cell = cells_.data();
+    for (int i = 0; i < n_sectors_; ++i) {
+      for (int j = 0; j < n_rings_; ++j, ++cell) {
+        n_seen += cell->weight > 0;
+        strip.mass[j] += static_cast<double>(cell->weight);
+        strip.mean(j, i) = cell->weight > 0 ? cell->sum / cell->weight : 0.0F;
+      }
+    }
+    strip.mass /= n_sectors_;
+    strip.seen = static_cast<double>(n_seen) / static_cast<double>(cells_.size());
+    if (strip.seen < 1) fill_gaps(strip.mean);
+  }
+
+ private:
+  bool is_empty(Eigen::Index ring, Eigen::Index sector) const {
+    return !(cells_[static_cast<std::size_t>(sector * n_rings_ + ring)].weight > 0);
+  }
+
+  /// Cells without a pixel take the mean of their ring's neighbours.
+  void fill_gaps(Eigen::ArrayXXf& mean) const {
+    const Eigen::Index n = n_sectors_;
     for (Eigen::Index i = 0; i < n; ++i) {
-      if (weight(j, i) > 0) continue;
-      Eigen::Index left = 1;
-      Eigen::Index right = 1;
-      while (left < n && !(weight(j, (i + n - left) % n) > 0)) ++left;
-      while (right < n && !(weight(j, (i + right) % n) > 0)) ++right;
-      mean(j, i) = 0.5F * (mean(j, (i + n - left) % n) + mean(j, (i + right) % n));
+      for (Eigen::Index j = 0; j < n_rings_; ++j) {
+        if (!is_empty(j, i)) continue;
+        Eigen::Index left = 1;
+        Eigen::Index right = 1;
+        while (left < n && is_empty(j, (i + n - left) % n)) ++left;
+        while (right < n && is_empty(j, (i + right) % n)) ++right;
+        mean(j, i) = 0.5F * (mean(j, (i + n - left) % n) + mean(j, (i + right) % n));
+      }
     }
   }
-}
+
+  int n_rings_;
+  int n_sectors_;
+  std::vector<StripCell> cells_;
+};
 
 }  // namespace
 
@@ -62,44 +125,31 @@ RimStrip unroll(const RimWindow& window,
                 Eigen::Index n_sectors,
                 const Eigen::VectorXd& shape) {
   const RimBand& band = window.band();
-  RimVector plain = p;
-  plain[kOval] = plain[kOvalDiagonal] = 0;
-  const std::vector<float> distance = band_values(band, plain, false).distance_px;
+  const RimPlaces places = rim_places(band, p);
   RimStrip strip;
-  strip.unit = units_per_px(band, p, distance);
+  strip.unit = units_per_px(band, p, places.distance_px);
   const auto n = static_cast<int>(n_sectors > 0 ? n_sectors : sectors_of(p[kRadius] / strip.unit));
   const int n_rings = 1 + static_cast<int>(outer_px) + static_cast<int>(inner_px);
   strip.first_px = -std::floor(outer_px);
-  strip.mean.setZero(n_rings, n);
-  Eigen::ArrayXXf weight = Eigen::ArrayXXf::Zero(n_rings, n);
+  StripCells cells(n_rings, n);
   const auto first = static_cast<float>(strip.first_px);
-  const Eigen::VectorXf outwards = shape.cast<float>();
-  for (std::size_t k = 0; k < band.size(); ++k) {
-    const double turn = turn_of(static_cast<double>(band.at_x[k]) - p[kCenterX],
-                                static_cast<double>(band.at_y[k]) - p[kCenterY]);
-    const auto column = static_cast<float>(turn * n);
-    const int i = static_cast<int>(column) % n;
-    const int next = i + 1 == n ? 0 : i + 1;
-    const float along = column - std::floor(column);
-    float row = distance[k] - first;
-    if (outwards.size() > 0) row += (1 - along) * outwards[i] + along * outwards[next];
-    if (!(row >= 0) || !(row < static_cast<float>(n_rings - 1))) continue;
-    const int j = static_cast<int>(row);
-    const float down = row - static_cast<float>(j);
-    const float value = band.value[k];
-    const auto add = [&](int ring, int sector, float share) {
-      weight(ring, sector) += share;
-      strip.mean(ring, sector) += share * value;
-    };
-    add(j, i, (1 - down) * (1 - along));
-    add(j + 1, i, down * (1 - along));
-    add(j, next, (1 - down) * along);
-    add(j + 1, next, down * along);
+  // Once around, and the first sector again.
+  Eigen::VectorXf outwards = shape.cast<float>();
+  if (shape.size() > 0) {
+    outwards.conservativeResize(shape.size() + 1);
+    outwards[shape.size()] = outwards[0];
   }
-  strip.mass = weight.rowwise().mean().cast<double>();
-  strip.seen = static_cast<double>((weight > 0).count()) / static_cast<double>(weight.size());
-  strip.mean = (weight > 0).select(strip.mean / weight, 0.0F);
-  if (strip.seen < 1) fill_gaps(weight, strip.mean);
+  for (std::size_t k = 0; k < band.size(); ++k) {
+    const float sector = std::min(places.turn[k], 1.0F) * static_cast<float>(n);
+    float ring = places.distance_px[k] - first;
+    if (shape.size() > 0) {
+      const int i = std::min(static_cast<int>(sector), n - 1);
+      const float along = sector - static_cast<float>(i);
+      ring += (1 - along) * outwards[i] + along * outwards[i + 1];
+    }
+    cells.share_out(sector, ring, band.value[k]);
+  }
+  cells.finish(strip);
   return strip;
 }
 

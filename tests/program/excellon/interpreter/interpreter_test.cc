@@ -187,6 +187,36 @@ TEST(Interpreter, CommentsOfTheBodyContradictNeitherUnitNorZeros) {
   }
 }
 
+/// A control knows steps by G91 and ICI alone, so that a comment is no order.
+TEST(Interpreter, CommentsOfTheBodyDoNotContradictTheKindOfCoordinates) {
+  constexpr const char* kSteps = ";FORMAT={-:-/ incremental}\n";
+  constexpr const char* kPlaces = ";FORMAT={-:-/ absolute}\n";
+  const auto run = [](const std::string& body) {
+    return run_program(metric("T1\n" + body + "M30\n"));
+  };
+  const auto last_hole = [&](const std::string& body) {
+    const ProgramRun program = run(body);
+    EXPECT_EQ(program.diagnostics, Lines{}) << body;
+    return Vector2d(program.holes().back().nominal_mm());
+  };
+  const std::string holes = "X1.Y1.\nX2.Y2.\n";
+  EXPECT_EQ(run(kSteps + holes).diagnostics, Lines{"p.exc:7:1: error[argument-invalid]"});
+  EXPECT_EQ(run("G91\n" + (kPlaces + holes)).diagnostics,
+            Lines{"p.exc:8:1: error[argument-invalid]"});
+  EXPECT_EQ(run("G90\n" + (kSteps + holes)).diagnostics,
+            Lines{"p.exc:8:1: error[argument-invalid]"});
+  EXPECT_EQ(run("X9.Y9.\nX8.Y8.\n" + (kSteps + holes)).diagnostics,
+            Lines{"p.exc:9:1: error[argument-invalid]"});
+  EXPECT_THAT(run("ICI,ON\n" + (kPlaces + holes)).diagnostics,
+              testing::Contains("p.exc:8:1: error[argument-invalid]"));
+  // An order behind the comment, or none that matters.
+  EXPECT_EQ(last_hole(kSteps + ("G91\n" + holes)), Vector2d(3, 3));
+  EXPECT_EQ(last_hole(kSteps + ("G90\n" + holes)), Vector2d(2, 2));
+  EXPECT_EQ(last_hole("G91\n" + (kSteps + holes)), Vector2d(3, 3));
+  EXPECT_EQ(last_hole(kPlaces + holes), Vector2d(2, 2));
+  EXPECT_EQ(last_hole(holes + kSteps), Vector2d(2, 2));
+}
+
 TEST(Interpreter, ReadsWhatTheOperatorStatesWhateverTheProgramDoes) {
   const auto forced = parse_format("metric,tz,3.2");
   ReadOptions reading{.forced_format = *forced};

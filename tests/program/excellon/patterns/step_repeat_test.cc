@@ -111,6 +111,16 @@ TEST(StepRepeat, MirrorsActBeforeSwap) {
                 {{1, 2}, {2, -1}, {-2, 1}});
 }
 
+/// All of the manual's examples have the mirrors ahead of M70.
+TEST(StepRepeat, WarnsOfM70AheadOfAMirrorOnce) {
+  const auto warned = [](const std::string& body) {
+    return run_program(inch_leading_zeros("T1\n" + body + "M30\n")).diagnostics;
+  };
+  EXPECT_TRUE(warned("M25\nX01Y02\nM01\nM02X10M80M90M70\nM02\nM08\n").empty());
+  EXPECT_THAT(warned("M25\nX01Y02\nM01\nM02X10M70M80\nM02X10M70M90\nM02\nM08\n"),
+              testing::ElementsAre(testing::HasSubstr("warning[notation-accepted]")));
+}
+
 TEST(StepRepeat, AMirrorActsOnThatCopyOnly) {
   expect_places(holes_of("M25\nX01Y02\nM01\nM02X10M80\nM02X10\nM08\n"), {{1, 2}, {9, 2}, {21, 2}});
 }

@@ -65,6 +65,21 @@ TEST(SubprogramNumbers, NamesTheCallOfASubprogramInOpenNumbers) {
               refused("p.exc:2:1"));
 }
 
+/// Two files that were joined: the %% ahead of a subprogram counts for it, not that of another one.
+TEST(SubprogramNumbers, TheNearestFormatAheadOfASubprogramIsItsOwn) {
+  SubprogramFolder folder;
+  folder.with("S.SS5",
+              "%%5000\n@A\nX1.Y1.\n$\n%%3000\n@B\nX2.Y2.\n@C\nX3.Y3.\n$\n%%5000\n@D\nX4.Y4.\n");
+  const auto diagnostics = [&](const std::string& name) {
+    return in_mm("X5.Y5.T1\nX1.Y1.M99," + name + "\n", folder.reading()).diagnostics;
+  };
+  const std::string refused = "S.SS5:5:1: error[command-format]";
+  EXPECT_THAT(diagnostics("A"), Not(Contains(HasSubstr("error["))));
+  EXPECT_THAT(diagnostics("B"), Contains(HasSubstr(refused)));
+  EXPECT_THAT(diagnostics("C"), Contains(HasSubstr(refused)));
+  EXPECT_THAT(diagnostics("D"), Not(Contains(HasSubstr("error["))));
+}
+
 /// With a decimal point a number in the same unit has one reading: digits and zeros of [program],
 /// which programs in the other language need, do not touch it.
 TEST(SubprogramNumbers, ReadsSubprogramsWithPointsUnderOtherDigitsOfTheControl) {

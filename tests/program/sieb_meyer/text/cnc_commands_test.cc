@@ -205,7 +205,8 @@ TEST(CommandInMm, RoundsTolerancesDown) {
 TEST(CommandInMm, HasAStatedPlaceForEachLengthThatIsObeyed) {
   int n_lengths = 0;
   for (const CncInfo& row : cnc_table()) {
-    if (row.treatment != Treatment::Obeyed || !row.effect.ends_with(", mm")) continue;
+    if (row.treatment != Treatment::Obeyed || !row.effect.ends_with("in the unit of the program"))
+      continue;
     ++n_lengths;
     const std::string name(row.name);
     EXPECT_EQ(in_mm(name + "1."), name + "25.4");

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -117,8 +118,8 @@ bool asks_alike(const WorkRun& a, const WorkRun& b) {
   for (std::size_t i = 0; i < a.requests.size(); ++i) {
     const MeasurementRequest& p = a.requests[i];
     const MeasurementRequest& q = b.requests[i];
-    if (p.command != q.command || p.axes != q.axes || !is_near(p.nominal, q.nominal) ||
-        !is_near(p.expected, q.expected)) {
+    if (p.command != q.command || p.axes != q.axes || p.settings.tools != q.settings.tools ||
+        !is_near(p.nominal, q.nominal) || !is_near(p.expected, q.expected)) {
       return false;
     }
   }
@@ -152,6 +153,50 @@ std::string same_holes(const std::string& text,
   EXPECT_GE(worst_um, 0) << translation.text;
   EXPECT_LT(worst_um, limit_um) << translation.text;
   return translation.text;
+}
+
+namespace {
+
+enum class Asks : std::uint8_t { Anything, Alike };
+
+void expect_same_strokes(const std::string& text,
+                         const Translation& there,
+                         const WalkOptions& options,
+                         Asks asks) {
+  EXPECT_THAT(there.errors, IsEmpty());
+  EXPECT_FALSE(there.is_refused) << testing::PrintToString(there.losses);
+  FunctionSource panel = small_boards();
+  FunctionSource panel_after = small_boards();
+  BulgingBoard board;
+  const WorkRun before = run_on(panel, board, text, options);
+  const WorkRun after = run_on(panel_after, board, there.text, options);
+  EXPECT_THAT(before.errors, IsEmpty());
+  EXPECT_THAT(after.errors, IsEmpty()) << there.text;
+  EXPECT_FALSE(work_of(before.events).empty());
+  const double worst_um = distance_um(before, panel, after, panel_after, true);
+  EXPECT_GE(worst_um, 0) << there.text;
+  EXPECT_LT(worst_um, kSameFit_um) << there.text;
+  if (other_language(text) == other_language(there.text)) {
+    EXPECT_EQ(difference_of_work(before, after), "") << there.text;
+  }
+  if (asks == Asks::Alike) {
+    EXPECT_TRUE(asks_alike(before, after)) << there.text;
+  }
+}
+
+}  // namespace
+
+std::string same_strokes(const std::string& text, Dialect to, const WalkOptions& options) {
+  const Translation there = translate(text, to, options);
+  expect_same_strokes(text, there, options, Asks::Anything);
+  return there.text;
+}
+
+std::string same_orders(const std::string& text, const WalkOptions& options) {
+  const Translation same = translate(text, Dialect::SiebMeyer, options);
+  EXPECT_THAT(same.losses, IsEmpty());
+  expect_same_strokes(text, same, options, Asks::Alike);
+  return same.text;
 }
 
 std::string boards_in_excellon(const std::string& body) {

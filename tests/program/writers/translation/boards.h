@@ -28,7 +28,8 @@ class BulgingBoard final : public ProbeSource {
   Expected<ProbeReading> probe(const ProbeRequest& request) override;
 };
 
-/// Both ask for the same targets, from where the same corrections put them, and the same probes.
+/// Both ask for the same targets by the same vision tools (G35), from where the same corrections
+/// put them, and the same probes.
 bool asks_alike(const WorkRun& a, const WorkRun& b);
 
 /// Fits of the same targets from the same places; programs are written in 0.001 um.
@@ -50,6 +51,14 @@ std::string same_holes(const std::string& text,
                        FunctionSource panel = small_boards(),
                        const WalkOptions& options = {},
                        std::size_t n_losses = 0);
+
+/// The translation, expected to work at the same places on small boards that bulge; in its own
+/// language, in the same way. Losses are others' affair.
+std::string same_strokes(const std::string& text, Dialect to, const WalkOptions& options = {});
+
+/// The same of a SIEB & MEYER program in its own language, expected to ask for the same as well,
+/// and to lose nothing.
+std::string same_orders(const std::string& text, const WalkOptions& options = {});
 
 /// A program with tools 1 and 2 and vision tool 1; lines of the body count from 7.
 std::string boards_in_excellon(const std::string& body);

@@ -13,13 +13,10 @@ namespace panelcal {
 namespace {
 
 using test::boards_in_excellon;
-using test::BulgingBoard;
-using test::difference_of_work;
-using test::distance_um;
 using test::FunctionSource;
-using test::kSameFit_um;
 using test::Reports;
 using test::run_on;
+using test::same_strokes;
 using test::sieb_meyer;
 using test::small_boards;
 using test::translate;
@@ -27,31 +24,9 @@ using test::Translation;
 using test::WorkRun;
 using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::IsEmpty;
 using testing::Not;
 
 constexpr char kTwoCopies[] = "X0.Y0.M50\nX50.Y0.M50M30\n";
-
-/// The translation, expected to work at the same places in the same way; losses are others' affair.
-std::string same_strokes(const std::string& text, Dialect to, const WalkOptions& options = {}) {
-  const Translation there = translate(text, to, options);
-  EXPECT_THAT(there.errors, IsEmpty());
-  EXPECT_FALSE(there.is_refused) << testing::PrintToString(there.losses);
-  FunctionSource panel = small_boards();
-  FunctionSource panel_after = small_boards();
-  BulgingBoard board;
-  const WorkRun before = run_on(panel, board, text, options);
-  const WorkRun after = run_on(panel_after, board, there.text, options);
-  EXPECT_THAT(before.errors, IsEmpty());
-  EXPECT_THAT(after.errors, IsEmpty()) << there.text;
-  EXPECT_FALSE(work_of(before.events).empty());
-  const double worst_um = distance_um(before, panel, after, panel_after, true);
-  EXPECT_GE(worst_um, 0) << there.text;
-  EXPECT_LT(worst_um, kSameFit_um) << there.text;
-  if (to == test::other_language(text)) return there.text;
-  EXPECT_EQ(difference_of_work(before, after), "") << there.text;
-  return there.text;
-}
 
 std::string section(const std::string& body) {
   return "M31\n" + body + kTwoCopies;

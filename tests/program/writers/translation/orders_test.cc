@@ -20,6 +20,7 @@ using test::difference_of_work;
 using test::FunctionSource;
 using test::Reports;
 using test::run_on;
+using test::same_orders;
 using test::sieb_meyer;
 using test::small_boards;
 using test::translate;
@@ -28,23 +29,6 @@ using test::WorkRun;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-
-/// The translation into the language itself: it asks for the same and does the same work.
-std::string same_orders(const std::string& text, const WalkOptions& options = {}) {
-  const Translation same = translate(text, Dialect::SiebMeyer, options);
-  EXPECT_THAT(same.errors, IsEmpty());
-  EXPECT_THAT(same.losses, IsEmpty());
-  FunctionSource panel = small_boards();
-  BulgingBoard board;
-  const WorkRun before = run_on(panel, board, text, options);
-  const WorkRun after = run_on(panel, board, same.text, options);
-  EXPECT_THAT(before.errors, IsEmpty());
-  EXPECT_THAT(after.errors, IsEmpty()) << same.text;
-  EXPECT_FALSE(work_of(before.events).empty());
-  EXPECT_TRUE(asks_alike(before, after)) << same.text;
-  EXPECT_EQ(difference_of_work(before, after), "") << same.text;
-  return same.text;
-}
 
 // --- optical measurement (9) -------------------------------------------------------------------
 
@@ -94,6 +78,16 @@ TEST(OwnOrders, SlotsAndLayersKeepTheirMode) {
   EXPECT_THAT(in_mode(3, layers), HasSubstr('\n' + layers + "G31\n"));
   const std::string slots = "X5.Y5.G33\nX25.Y5.G32\nX5.Y45.G33\nX45.Y25.G32\n";
   EXPECT_THAT(in_mode(5, slots), HasSubstr('\n' + slots + "G31\n"));
+}
+
+/// Also where the camera computer's values are in force already.
+TEST(OwnOrders, RequestsAreLeftToTheCameraComputer) {
+  WalkOptions options;
+  options.sieb_meyer.measurement_mode = 3;
+  const std::string body =
+      "X0.Y0.G32\nX0.Y0.G33\nX190.Y0.G33\nG39,REQCOMP\nX1.Y1.T1\nG30\nX2.Y2.\nG39,REQCOMP\nG31\n"
+      "G39,REQCOMP\nX3.Y3.\n";
+  EXPECT_THAT(same_orders(sieb_meyer(body), options), HasSubstr('\n' + body));
 }
 
 TEST(OwnOrders, PatternsAreMeasuredAtTwoTargets) {
@@ -285,18 +279,21 @@ std::string any_other_strokes() {
 
 /// Surfaces probed ahead, in sections and between, and strokes of every control of the Z axis.
 std::string any_surface_job() {
-  std::string text = any_place() + "Z1.T1\nG71\n";
+  constexpr const char* kMoved[] = {"", "M49,RA90.\n", "M49,RA4.\n", "M49,SAX300.Y300.\nM93\n"};
+  std::string text = kMoved[any_of_range(0, 3)] + any_place() + "Z1.T1\nG71\n";
   for (int i = 1; i <= 3; ++i) text += any_place() + fmt::format("G73L{}\n", i);
   if (any_of_range(0, 1) == 0) text += any_place() + "G73\n" + any_place() + "G73\nG74L2\nG75\n";
   text += "G70\n";
   for (int n = any_of_range(1, 5); n > 0; --n) {
     std::string part = any_of_range(0, 2) > 0 ? any_slm_strokes() : any_other_strokes();
-    constexpr const char* kOffsets = "X0.Y0.M50\nX60.Y0.M70\nX0.Y50.M50M30\n";
+    const std::string offsets = any_of_range(0, 1) == 0
+                                    ? "X0.Y0.M50\nX60.Y0.M70\nX0.Y50.M50M30\n"
+                                    : "X0.Y0.M50\nX60.Y0.M60\nX9.Y50.M60M80M30\n";
     if (any_of_range(0, 2) == 0) {
-      part = "M31\n" + part + (any_of_range(0, 3) == 0 ? any_other_strokes() : "") + kOffsets;
+      part = "M31\n" + part + (any_of_range(0, 3) == 0 ? any_other_strokes() : "") + offsets;
     } else if (any_of_range(0, 4) == 0) {
       part = "G71" + any_depth() + "\nL2\nM31\n" + any_place() + "T1\n" + any_place() + "T2\n" +
-             kOffsets + any_place() + "\nG70\n";
+             offsets + any_place() + "\nG70\n";
     }
     text += part;
   }

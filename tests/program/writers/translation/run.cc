@@ -48,7 +48,7 @@ class WorkReader {
   void see(const Compensation& compensation) { side_ = compensation.side; }
   void see(const Plunge& plunge) {
     keep(Compensation{side_, {}});
-    keep(Plunge{plunge.tool, PlungeKind::Plain, {}, {}});
+    keep(Plunge{plunge.tool, PlungeKind::Plain, {}, plunge.cut});
   }
   /// An arc is one, in however many pieces it comes: half a circle is just at the limit.
   void see(const Rout& rout) {

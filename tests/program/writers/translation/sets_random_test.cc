@@ -2,6 +2,7 @@
 // Random SIEB & MEYER programs that measure, save and load corrections in every mode, and probe;
 // their translations into Excellon and into their own language, run on the same panel.
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include "tests/program/random/compared_share.h"
 #include "tests/program/writers/translation/boards.h"
 
 namespace panelcal {
@@ -17,6 +19,7 @@ namespace {
 
 using test::asks_alike;
 using test::BulgingBoard;
+using test::check_compared;
 using test::difference_of_work;
 using test::distance_um;
 using test::FunctionSource;
@@ -41,11 +44,20 @@ std::string drawn_place() {
   return fmt::format("X{}.Y{}.", drawn(1, 49), drawn(1, 49));
 }
 
-/// The first `n` of four copies.
-std::string drawn_offsets(int n) {
-  constexpr const char* kOffsets[] = {"X0.Y0.M50", "X50.Y0.M50", "X0.Y50.M50", "X100.Y50.M90"};
+/// The first `n` of four copies, each on a board of its own: also turned ones (M60, M90) and mirror
+/// images (M70, M80), as SAVE and LOAD of the same program have to agree on them.
+std::array<std::string, 4> drawn_offsets() {
+  return {*rc::gen::element<std::string>("X0.Y0.M50", "X50.Y0.M60", "X0.Y50.M80"),
+          *rc::gen::element<std::string>("X50.Y0.M50", "X100.Y0.M70", "X100.Y0.M60"),
+          *rc::gen::element<std::string>("X0.Y50.M50", "X50.Y50.M60", "X0.Y100.M80"),
+          *rc::gen::element<std::string>("X100.Y100.M90", "X50.Y50.M60M70", "X100.Y100.M60M80")};
+}
+
+std::string first_of(const std::array<std::string, 4>& offsets, int n) {
   std::string text;
-  for (int i = 0; i < n; ++i) text += kOffsets[i] + std::string(i + 1 < n ? "\n" : "M30\n");
+  for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
+    text += offsets[i] + (static_cast<int>(i) + 1 < n ? "\n" : "M30\n");
+  }
   return text;
 }
 
@@ -57,8 +69,10 @@ class MeasuringJob {
     if (has_own_orders_) mode_ = *rc::gen::element(1, 1, 2, 3, 5);
     options_.sieb_meyer.measurement_mode = mode_;
     text_ = "T1\n";
+    if (comes_up(4)) add_placement();
     for (int n = drawn(2, 8); n > 0; --n) {
       comes_up(3) ? add_section() : add_order();
+      if (comes_up(8)) add_placement();
     }
     text_ += "G34\nM49,NOCAMA\nX1.Y1.T1\n";
   }
@@ -70,6 +84,25 @@ class MeasuringJob {
   void add_holes(int n_most = 3) {
     for (int n = drawn(1, n_most); n > 0; --n) {
       text_ += drawn_place() + (comes_up(4) ? "" : fmt::format("T{}", drawn(1, 2))) + '\n';
+    }
+  }
+
+  /// What turns and scales the program is in the places of a translation. A slot of mode 5 shows
+  /// one coordinate of the board: it may be turned by quarters alone.
+  void add_placement() {
+    switch (drawn(1, 4)) {
+      case 1:
+        text_ += fmt::format("M49,RA{}.\n", mode_ == 5 ? 90 : *rc::gen::element(90, 2, -3));
+        break;
+      case 2:
+        text_ += fmt::format("M49,SAX{}.Y{}.\nM93\n", drawn(100, 400), drawn(-300, 300));
+        break;
+      case 3:
+        text_ += "M49,NORA\n";
+        break;
+      default:
+        text_ += "M49,NOSA\n";
+        break;
     }
   }
 
@@ -94,7 +127,7 @@ class MeasuringJob {
   }
 
   void add_order() {
-    switch (drawn(0, 11)) {
+    switch (drawn(0, 12)) {
       case 0:
       case 1:
         return add_series();
@@ -132,6 +165,9 @@ class MeasuringJob {
       case 10:
         if (has_own_orders_) add_probe();
         break;
+      case 11:
+        text_ += fmt::format("G35,{}\n", drawn(1, 3));
+        break;
       default:
         break;
     }
@@ -152,8 +188,11 @@ class MeasuringJob {
     if (comes_up(4)) add_holes();
     const int kind = drawn(0, 3);
     if (kind == 0) {
-      add_series();
-      if (comes_up(4)) text_ += "M49,CAMA\nX25.Y25.G36\n";
+      constexpr const char* kOffset = "M49,CAMA\nX25.Y25.G36\n";
+      const bool has_series = !comes_up(4);  // else an offset alone
+      if (has_series) add_series();
+      if (has_series && comes_up(6)) text_ += "G39,SAVE\n";
+      if (!has_series || comes_up(4)) text_ += kOffset;
       if (comes_up()) add_holes();
       text_ += "G39,SAVE\n";
       n_saved_ = n_copies;
@@ -165,13 +204,14 @@ class MeasuringJob {
     }
     if (comes_up(4)) add_order();
     add_holes();
-    text_ += drawn_offsets(n_copies);
+    text_ += first_of(offsets_, n_copies);
     if (is_nested) text_ += comes_up() ? "X0Y0M50M30\n" : "X0Y0M50\nX100.Y0M50M30\n";
   }
 
   bool has_own_orders_;
   int mode_ = 1;
   WalkOptions options_;
+  std::array<std::string, 4> offsets_ = drawn_offsets();
   std::string text_;
   bool has_base_ = false;
   int last_set_ = 0;
@@ -205,16 +245,20 @@ struct Runs {
 };
 
 /// Whatever is not refused drills the same holes.
-RC_GTEST_PROP(RandomSets, SavedCorrectionsAreTheSameInExcellon, ()) {
-  const Runs runs(MeasuringJob(false), Dialect::Excellon);
-  RC_CLASSIFY(!runs.before.errors.empty(), "not executable");
-  RC_CLASSIFY(runs.has_form, "translated");
-  if (!runs.has_form) return;
-  // Targets that G34 forgets are looked for in the source alone, at places that may come again.
-  const double worst_um = distance_um(runs.before, runs.panel, runs.after, runs.panel_after, true);
-  RC_LOG(std::to_string(worst_um));
-  RC_ASSERT(worst_um >= 0);
-  RC_ASSERT(worst_um < kSameFit_um);
+TEST(RandomSets, SavedCorrectionsAreTheSameInExcellon) {
+  check_compared("saved corrections in Excellon", 0.2, [] {
+    const Runs runs(MeasuringJob(false), Dialect::Excellon);
+    RC_CLASSIFY(!runs.before.errors.empty(), "not executable");
+    RC_CLASSIFY(runs.has_form, "translated");
+    if (!runs.has_form) return false;
+    // Targets that G34 forgets are looked for in the source alone, at places that may come again.
+    const double worst_um =
+        distance_um(runs.before, runs.panel, runs.after, runs.panel_after, true);
+    RC_LOG(std::to_string(worst_um));
+    RC_ASSERT(worst_um >= 0);
+    RC_ASSERT(worst_um < kSameFit_um);
+    return true;
+  });
 }
 
 /// The only refusals that a program may have in its own language.
@@ -222,17 +266,20 @@ bool is_of_written_out_copy(const std::string& refusal) {
   return refusal.find("ends with a copy that is written out") != std::string::npos;
 }
 
-RC_GTEST_PROP(RandomSets, SiebMeyerKeepsItsOwnSets, ()) {
-  const Runs runs(MeasuringJob(true), Dialect::SiebMeyer);
-  RC_CLASSIFY(!runs.before.errors.empty(), "not executable");
-  RC_CLASSIFY(runs.has_form, "translated");
-  RC_ASSERT(runs.translation.errors.empty());
-  RC_ASSERT(std::ranges::all_of(runs.translation.losses, is_of_written_out_copy));
-  if (!runs.has_form) return;
-  RC_ASSERT(asks_alike(runs.before, runs.after));
-  const std::string difference = difference_of_work(runs.before, runs.after);
-  RC_LOG(difference);
-  RC_ASSERT(difference.empty());
+TEST(RandomSets, SiebMeyerKeepsItsOwnSets) {
+  check_compared("saved corrections in their own language", 0.2, [] {
+    const Runs runs(MeasuringJob(true), Dialect::SiebMeyer);
+    RC_CLASSIFY(!runs.before.errors.empty(), "not executable");
+    RC_CLASSIFY(runs.has_form, "translated");
+    RC_ASSERT(runs.translation.errors.empty());
+    RC_ASSERT(std::ranges::all_of(runs.translation.losses, is_of_written_out_copy));
+    if (!runs.has_form) return false;
+    RC_ASSERT(asks_alike(runs.before, runs.after));
+    const std::string difference = difference_of_work(runs.before, runs.after);
+    RC_LOG(difference);
+    RC_ASSERT(difference.empty());
+    return true;
+  });
 }
 
 }  // namespace

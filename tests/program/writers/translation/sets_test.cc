@@ -104,7 +104,9 @@ TEST(SetTranslation, ACopyKeepsItsOffsetToo) {
       "M49,CAMA\nM31\nG34\nX5.Y5.G32\nX45.Y5.G32\nX5.Y45.G32\nG31\nX25.Y25.G36\nG39,SAVE\n"
       "X0.Y0.M50\nX50.Y0.M50M30\nT1\nM31\nG39,LOAD\nX10.Y20.\nX0.Y0.M50\nX50.Y0.M50M30\nX1.Y1.\n"));
   EXPECT_THAT(text, HasSubstr("M25\nM52,4\nX10.0Y20.0\nG47\nM01\n"));
-  EXPECT_THAT(same_fits(text), HasSubstr("G31\nG39,SAVE\nM49,CAMA\nX25.Y25.G36\nG39,SAVE\n"));
+  const std::string back = same_fits(text);
+  EXPECT_THAT(back, HasSubstr("G31\nG39,SAVE\nM49,CAMA\nX25.Y25.G36\nG39,SAVE\n"));
+  EXPECT_THAT(same_fits(back), HasSubstr("M25\nM52,4\nX10.0Y20.0\nG47\nM01\n"));
 }
 
 /// What is loaded to find the targets under it is left out, and named.
@@ -126,11 +128,6 @@ TEST(SetTranslation, NamesWhatExcellonCannotSay) {
               ElementsAre(named("8", "G31")));
   EXPECT_THAT(refused_of(sieb_meyer(std::string(kPanel) + "G39,SPOP\nG39,SAVE\nX1.Y1.T1\n")),
               ElementsAre(named("6", "G39,SPOP"), named("7", "G39,SAVE")));
-  WalkOptions layers;
-  layers.sieb_meyer.measurement_mode = 3;
-  EXPECT_THAT(
-      refused_of(sieb_meyer("X1.Y1.G33\nX9.Y1.G33\nX1.Y9.G33\nG39,REQCOMP\nX2.Y2.T1\n"), layers),
-      ElementsAre(named("5", "G39,REQCOMP")));
   EXPECT_THAT(refused_of(sieb_meyer("M31\nG34\nX5.Y5.G32\nG31\nG39,SAVE3\nX1.Y1.T1\nX0.Y0.M50\n"
                                     "X50.Y0.M50M30\nG39,LOAD3\nX2.Y2.\n")),
               ElementsAre(named("6", "G39,SAVE3"), named("10", "G39,LOAD3")));
@@ -167,6 +164,60 @@ TEST(SetTranslation, RefusesSlotsAndLayersInExcellon) {
   layers.sieb_meyer.measurement_mode = 2;
   const std::string single = "X5.Y5.G33\nX45.Y5.G33\nX5.Y45.G33\nG31\nX1.Y1.T1\n";
   same_holes(sieb_meyer(single), kSameFit_um, small_boards(), layers);
+}
+
+// --- from SIEB & MEYER: G39,REQCOMP, answered by the fit of the targets since ------------------
+
+WalkOptions mode_3() {
+  WalkOptions options;
+  options.sieb_meyer.measurement_mode = 3;
+  return options;
+}
+
+std::string same_requests(const std::string& body) {
+  return same_holes(sieb_meyer(body), kSameFit_um, small_boards(), mode_3());
+}
+
+constexpr char kPanelLayers[] = "X0.Y0.G33\nX190.Y0.G33\nX0.Y190.G33\n";
+
+TEST(SetTranslation, ARequestedCorrectionIsTheFitOfItsTargets) {
+  const std::string first = kPanelLayers + std::string("G39,REQCOMP\n");
+  const std::string text = same_requests(first + "X1.Y1.T1\nG34\nX2.Y2.\nG34\n" + first);
+  EXPECT_THAT(text, HasSubstr("G36X0.0Y190.0\nT1\nX1.0Y1.0\nG37\nX2.0Y2.0\nG37\nG36X0.0Y0.0\n"));
+  // In force already: by G31, by itself.
+  for (const std::string again : {"G31\n", "G39,REQCOMP\n", "G31\nG39,REQCOMP\nG31\n"}) {
+    EXPECT_EQ(same_requests(first + again + "X1.Y1.T1\n"), same_requests(first + "X1.Y1.T1\n"));
+    same_requests(kPanelLayers + std::string("G31\nX3.Y3.T1\n") + again + "X1.Y1.T1\n");
+  }
+  same_requests(first + "G39,SAVE7\nX10.Y20.T1\nG34\nX30.Y40.\nG39,LOAD7\nX50.Y60.\n");
+  const std::string copies = "X0.Y0.M50\nX50.Y0.M50M30\n";
+  EXPECT_THAT(same_requests("M31\nG34\nX5.Y5.G33\nX45.Y5.G33\nX5.Y45.G33\nG39,REQCOMP\nG31\n"
+                            "G39,SAVE\n" +
+                            copies + "M31\nG39,LOAD\nX10.Y20.T1\n" + copies),
+              HasSubstr("M51,1\nM25\nM52,3\n"));
+}
+
+TEST(SetTranslation, RefusesARequestOfWhatAnotherOrderHasEnded) {
+  const std::string first = kPanelLayers + std::string("G39,REQCOMP\nX1.Y1.T1\n");
+  const auto reports = [](const std::string& line, const std::string& order) {
+    return ElementsAre(Reports("p:" + line + ": error[translation-refused]",
+                               "\"" + order +
+                                   "\" has no form in Excellon CNC-7; expected G34 and "
+                                   "its targets (G33) once more before it"));
+  };
+  EXPECT_THAT(refused_of(sieb_meyer(first + "G30\nG39,REQCOMP\nX2.Y2.\n"), mode_3()),
+              reports("8", "G39,REQCOMP"));
+  EXPECT_THAT(refused_of(sieb_meyer(first + "G30\nG31\nX2.Y2.\n"), mode_3()), reports("8", "G31"));
+  // The remedy.
+  same_requests(first + "G30\nG34\n" + kPanelLayers + "G39,REQCOMP\nX2.Y2.\n");
+  same_requests(first + "G30\nG34\n" + kPanelLayers + "G31\nX2.Y2.\n");
+  // The second copy begins with the correction off, and turns it on.
+  const std::string copies = "X0.Y0.M50\nX50.Y0.M50M30\n";
+  EXPECT_THAT(refused_of(sieb_meyer(first + "M31\nG31\nX2.Y2.\nG30\n" + copies), mode_3()),
+              reports("8", "G31"));
+  // Layers, in whose mode alone the order is allowed.
+  EXPECT_THAT(refused_of(sieb_meyer("X1.Y1.G32\n" + first), mode_3()),
+              testing::Contains(testing::EndsWith("expected one layer of each target: G33 alone")));
 }
 
 // --- from Excellon: M51, M52 and nested series -------------------------------------------------

@@ -9,11 +9,13 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include "tests/program/random/compared_share.h"
 #include "tests/program/writers/translation/boards.h"
 
 namespace panelcal {
 namespace {
 
+using test::check_compared;
 using test::FunctionSource;
 using test::kSameOnPanel_um;
 using test::run_on;
@@ -186,44 +188,76 @@ bool is_among(const std::vector<std::string>& reasons, const std::string& refusa
   });
 }
 
-RC_GTEST_PROP(StoredTranslation, DrillsTheSameHolesAtTheSamePlaces, ()) {
-  const StoredJob job;
-  FunctionSource panel = small_boards();
-  const WorkRun before = run_on(panel, job.text());
-  RC_LOG(job.text());
-  if (!before.errors.empty()) RC_LOG(before.errors.front());
-  RC_ASSERT(before.errors.empty());
-  const Translation translation = translate(job.text(), Dialect::SiebMeyer);
-  RC_LOG(translation.text);
-  for (const auto* refusals : {&translation.errors, &translation.losses}) {
-    for (const std::string& refusal : *refusals) {
-      RC_LOG(refusal);
-      RC_ASSERT(is_among(job.reasons(), refusal));
+TEST(StoredTranslation, RandomJobsDrillTheSameHolesAtTheSamePlaces) {
+  check_compared("stored corrections in SIEB & MEYER", 0.2, [] {
+    const StoredJob job;
+    FunctionSource panel = small_boards();
+    const WorkRun before = run_on(panel, job.text());
+    RC_LOG(job.text());
+    if (!before.errors.empty()) RC_LOG(before.errors.front());
+    RC_ASSERT(before.errors.empty());
+    const Translation translation = translate(job.text(), Dialect::SiebMeyer);
+    RC_LOG(translation.text);
+    for (const auto* refusals : {&translation.errors, &translation.losses}) {
+      for (const std::string& refusal : *refusals) {
+        RC_LOG(refusal);
+        RC_ASSERT(is_among(job.reasons(), refusal));
+      }
     }
-  }
-  const bool has_form = translation.errors.empty() && !translation.is_refused;
-  RC_CLASSIFY(has_form, "translated");
-  if (!has_form) return;
-  FunctionSource panel_after = small_boards();
-  const WorkRun after = run_on(panel_after, translation.text);
-  if (!after.errors.empty()) RC_LOG(after.errors.front());
-  RC_ASSERT(after.errors.empty());
-  const double worst_um = distance_um(before, panel, after, panel_after);
-  RC_ASSERT(worst_um >= 0);
-  RC_ASSERT(worst_um < kSameOnPanel_um);
+    const bool has_form = translation.errors.empty() && !translation.is_refused;
+    RC_CLASSIFY(has_form, "translated");
+    if (!has_form) return false;
+    FunctionSource panel_after = small_boards();
+    const WorkRun after = run_on(panel_after, translation.text);
+    if (!after.errors.empty()) RC_LOG(after.errors.front());
+    RC_ASSERT(after.errors.empty());
+    const double worst_um = distance_um(before, panel, after, panel_after);
+    RC_ASSERT(worst_um >= 0);
+    RC_ASSERT(worst_um < kSameOnPanel_um);
+    return true;
+  });
 }
 
-RC_GTEST_PROP(StoredTranslation, ExcellonKeepsItsOwn, ()) {
-  const StoredJob job;
-  const Translation same = translate(job.text(), Dialect::Excellon);
-  RC_LOG(same.text);
-  for (const std::string& error : same.errors) RC_ASSERT(is_among(job.reasons(), error));
-  RC_ASSERT(same.losses.empty());
-  if (!same.errors.empty()) return;
-  FunctionSource panel = small_boards();
-  const WorkRun after = run_on(panel, same.text);
-  RC_ASSERT(after.errors.empty());
-  RC_ASSERT(test::difference_of_work(run_on(panel, job.text()), after).empty());
+/// What translate has written itself. Targets are looked for where they are nominally.
+TEST(StoredTranslation, RandomJobsComeBack) {
+  check_compared("stored corrections there and back", 0.1, [] {
+    const StoredJob job;
+    const Translation there = translate(job.text(), Dialect::SiebMeyer);
+    if (!there.errors.empty() || there.is_refused) return false;
+    const Translation back = translate(there.text, Dialect::Excellon);
+    RC_LOG(there.text);
+    RC_LOG(back.text);
+    for (const std::string& loss : back.losses) RC_LOG(loss);
+    RC_ASSERT(back.errors.empty());
+    RC_CLASSIFY(!back.is_refused, "came back");
+    if (back.is_refused) return false;
+    FunctionSource panel = small_boards();
+    FunctionSource panel_after = small_boards();
+    const WorkRun before = run_on(panel, there.text);
+    const WorkRun after = run_on(panel_after, back.text);
+    if (!after.errors.empty()) RC_LOG(after.errors.front());
+    RC_ASSERT(after.errors.empty());
+    const double worst_um = distance_um(before, panel, after, panel_after, true);
+    RC_ASSERT(worst_um >= 0);
+    RC_ASSERT(worst_um < test::kSameFit_um);
+    return true;
+  });
+}
+
+TEST(StoredTranslation, ExcellonKeepsItsOwnRandomJobs) {
+  check_compared("stored corrections in their own language", 0.2, [] {
+    const StoredJob job;
+    const Translation same = translate(job.text(), Dialect::Excellon);
+    RC_LOG(same.text);
+    for (const std::string& error : same.errors) RC_ASSERT(is_among(job.reasons(), error));
+    RC_ASSERT(same.losses.empty());
+    if (!same.errors.empty()) return false;
+    FunctionSource panel = small_boards();
+    const WorkRun after = run_on(panel, same.text);
+    RC_ASSERT(after.errors.empty());
+    RC_ASSERT(test::difference_of_work(run_on(panel, job.text()), after).empty());
+    return true;
+  });
 }
 
 }  // namespace

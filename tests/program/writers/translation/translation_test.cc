@@ -156,7 +156,7 @@ TEST(Translation, EveryOffsetCommandHasAForm) {
         sieb_meyer("X10.Y30.T2T0M31\nX10.Y40.G1G41F1.2\nX20.Y40.\nX20.Y10.G2I0.J15.\nX10.Y10.G1\n"
                    "X10.Y10.T0\nX12.Y13.\nX60.Y60." +
                    command + "\nX90.Y10." + command + "M30\n"));
-    EXPECT_THAT(text, HasSubstr("M02X30.0Y-50.0\nM08\n"));
+    EXPECT_THAT(text, HasSubstr("M02X30.0Y-50.0\nM02\nM08\n"));
   }
 }
 

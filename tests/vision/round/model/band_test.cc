@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 
 #include "calib/base/statistics/random.h"
 #include <gtest/gtest.h>
@@ -153,6 +154,38 @@ TEST(RimBand, WeighsByHuberAndOnlyWhatIsThere) {
     }
   }
   EXPECT_GT(n_far, 10);
+}
+
+/// The reference has the distance in the frame and, where the frame is bent, the rim's own
+/// direction: what RimChunk measures for an edge, less the oval.
+TEST(RimBand, PlacesAreThoseOfTheRim) {
+  constexpr double kTurnPromise = 0.0002;
+  RimVector p = ring_parameters();
+  p[kOval] = p[kOvalDiagonal] = 0;
+  for (const bool has_jacobian : {false, true}) {
+    const RimBand band = random_band(500, has_jacobian, 7);
+    const RimPlaces places = rim_places(band, p);
+    const RimBandValues values = band_values(band, p, false);
+    for (std::size_t i = 0; i < band.size(); ++i) {
+      ASSERT_NEAR(places.distance_px[i], values.distance_px[i], 1e-5F) << i;
+      const double angle = std::atan2(static_cast<double>(band.at_y[i]) - p[kCenterY],
+                                      static_cast<double>(band.at_x[i]) - p[kCenterX]);
+      const double turn = angle / (2 * std::numbers::pi);
+      ASSERT_NEAR(places.turn[i], turn < 0 ? turn + 1 : turn, kTurnPromise) << i;
+    }
+  }
+}
+
+TEST(RimBand, ThePlaceOfTheCenterIsFinite) {
+  RimBand band;
+  band.clear(true);
+  band.grow(1);
+  band.j00[0] = band.j11[0] = 1;
+  RimVector p = RimVector::Zero();
+  p[kRadius] = 5;
+  const RimPlaces places = rim_places(band, p);
+  EXPECT_TRUE(std::isfinite(places.distance_px[0]));
+  EXPECT_EQ(places.turn[0], 0);
 }
 
 }  // namespace
