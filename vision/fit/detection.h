@@ -36,7 +36,7 @@ struct LocateOptions {
   double min_contrast = 0.06;
   /// Smallest score of a candidate; see TargetFit::score.
   double min_score = 0.65;
-  /// Smallest part of the rim that must be seen. An arc says little of the centre across it.
+  /// Smallest visible arc of the rim; parts that are spread count as the arc that says as much.
   double min_visible = 0.7;
   /// Edges blurred by more, px, are out of focus.
   double max_blur_px = 6;
@@ -66,7 +66,7 @@ struct TargetFit {
   Angle angle;        ///< in the frame of Target; 0 for discs, holes and rings
   Angle angle_sigma;  ///< 0 where there is no angle
   /// 0 to 1: correlation of picture and fitted model over the target and its rim, camera noise
-  /// aside, times the part of the rim that is really seen.
+  /// aside, times the visible arc of the rim, as `min_visible` counts it.
   double score = 0;
   double blur_px = 0;     ///< sigma of the edge, the pixel's own width included
   double background = 0;  ///< level around the target at its centre, grey levels

@@ -22,6 +22,8 @@ using Verdict = FittedCandidate::Verdict;
 constexpr double kMinRadiusPx = 3;
 /// With less of the rim there is no telling an arc from chance.
 constexpr double kLeastArc = 0.3;
+/// With less of the rim another circle may have as much, however the parts are spread.
+constexpr double kMajorityOfRim = 0.5;
 /// Noise alone makes ovals of fewer sigmas.
 constexpr double kOvalSigmas = 3.5;
 constexpr int kOutlineNodes = 72;
@@ -77,6 +79,27 @@ std::optional<std::string> unfit_circle_reason(const FitFrame& fit_frame,
       fit_frame, "its inner size", 2 * p[kInnerRadius], 2 * *expected.inner_radius, tolerance);
 }
 
+std::string arc_reason(double arc, const LocateOptions& options) {
+  return fmt::format(
+      "only an arc is visible: {:.0f} % of its rim, at least {:.0f} % are asked for "
+      "(min_visible)",
+      100 * arc,
+      100 * options.min_visible);
+}
+
+/// Parts that are spread around tell more of the center than an arc of their length.
+std::optional<std::string> unseen_reason(const RimEstimate& e, const LocateOptions& options) {
+  if (e.visible < kLeastArc) return std::nullopt;
+  if (e.arc < options.min_visible) return arc_reason(e.arc, options);
+  const double least = std::min(kMajorityOfRim, options.min_visible);
+  if (e.visible >= least) return std::nullopt;
+  return fmt::format(
+      "only parts are visible: {:.0f} % of its rim, at least {:.0f} % are needed "
+      "however they are spread (min_visible)",
+      100 * e.visible,
+      100 * least);
+}
+
 void judge_circle(const Image& image,
                   const FitFrame& fit_frame,
                   const ExpectedRim& expected,
@@ -92,11 +115,7 @@ void judge_circle(const Image& image,
     candidate.reason = std::move(reason);
   };
   if (!e.converged && support >= kLeastArc && support < options.min_visible) {
-    return set(Verdict::Unfit,
-               fmt::format("only an arc is visible: {:.0f} % of its rim, at least {:.0f} % are "
-                           "asked for (min_visible)",
-                           100 * support,
-                           100 * options.min_visible));
+    return set(Verdict::Unfit, arc_reason(support, options));
   }
   if (!e.converged || !candidate.fit.center.cov.allFinite()) {
     return set(Verdict::Unlikely, "it does not look like the target");
@@ -115,13 +134,7 @@ void judge_circle(const Image& image,
                            100 * e.clipped,
                            100 * options.max_clipped));
   }
-  if (e.visible < options.min_visible && e.visible >= kLeastArc) {
-    return set(Verdict::Unfit,
-               fmt::format("only an arc is visible: {:.0f} % of its rim, at least {:.0f} % are "
-                           "asked for (min_visible)",
-                           100 * e.visible,
-                           100 * options.min_visible));
-  }
+  if (auto reason = unseen_reason(e, options)) return set(Verdict::Unfit, *std::move(reason));
   if (candidate.fit.score < options.min_score) {
     return set(Verdict::Unlikely,
                fmt::format("its score is {:.2f}, at least {:.2f} is asked for (min_score)",
@@ -210,7 +223,7 @@ FittedCandidate fit_candidate(const Image& image,
   const RimVector& p = e.parameters;
   TargetFit& fit = candidate.fit;
   fill_geometry(fit_frame, expected, p, e.center_cov, fit);
-  fit.score = e.correlation * e.visible;
+  fit.score = e.correlation * e.arc;
   fit.visible = e.visible;
   fit.blur_px = p[kSigma];
   fit.background = p[kLevel];

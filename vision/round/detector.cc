@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -15,6 +16,9 @@ namespace {
 
 constexpr std::size_t kLooks = 2;    // places looked at along rays for each one fitted
 constexpr double kSameCircle = 0.3;  // of the radius: nearer candidates are one
+/// Rays cross other things too, so their contrast is only roughly that of the target.
+constexpr double kStepOfContrast = 0.5;
+constexpr double kSameStart_px = 0.5;
 
 ExpectedRim expected_rim(const Target& target, const CameraMapping* mapping) {
   ExpectedRim expected;
@@ -39,6 +43,49 @@ bool is_near_size(const ExpectedRim& expected, double radius) {
   return std::abs(radius / expected.radius - 1) < expected.near_size();
 }
 
+/// True if fits from both would be the same.
+bool is_same_start(const RimStart& a, const RimStart& b) {
+  const RimVector difference = a.parameters - b.parameters;
+  return difference.head<2>().norm() < kSameStart_px &&
+         std::abs(difference[kRadius]) < kSameStart_px;
+}
+
+/// The fit of a sighting. Where that is not the target, a ring about the same centre that is weaker
+/// but of the size may be: a pad in a mask's opening, a dome whose rim is darker than its middle.
+FittedCandidate fit_or_look_again(const DetectorInput& input,
+                                  const ExpectedRim& expected,
+                                  const CircleSighting& sighting,
+                                  double min_contrast) {
+  FittedCandidate candidate =
+      fit_candidate(input.image, sighting.fit_frame, expected, sighting.start, input.options);
+  if (candidate.verdict == FittedCandidate::Verdict::Good || sighting.start.at_border) {
+    return candidate;
+  }
+  const auto start = find_rim(input.image,
+                              sighting.fit_frame,
+                              sighting.start.parameters.head<2>(),
+                              expected,
+                              kStepOfContrast * min_contrast,
+                              RimChoice::OfItsSize);
+  if (!start || is_same_start(*start, sighting.start)) return candidate;
+  FittedCandidate other =
+      fit_candidate(input.image, sighting.fit_frame, expected, *start, input.options);
+  return other.verdict == FittedCandidate::Verdict::Good ? other : candidate;
+}
+
+/// The strongest rim about a place, or, if that is not near the size, one that is.
+std::optional<RimStart> see_rim(const Image& image,
+                                const FitFrame& fit_frame,
+                                const ExpectedRim& expected,
+                                double least_step) {
+  const Eigen::Vector2d center = Eigen::Vector2d::Zero();
+  for (const RimChoice choice : {RimChoice::Strongest, RimChoice::OfItsSize}) {
+    auto start = find_rim(image, fit_frame, center, expected, least_step, choice);
+    if (start && is_near_size(expected, start->parameters[kRadius])) return start;
+  }
+  return std::nullopt;
+}
+
 std::vector<CircleSighting> see_rims(const Image& image,
                                      const CameraMapping* mapping,
                                      const ExpectedRim& expected,
@@ -55,10 +102,8 @@ std::vector<CircleSighting> see_rims(const Image& image,
   for (const VotePeak& peak : peaks) {
     if (!area.contains(peak.at_px, 0.5 * expected.radius)) continue;
     const FitFrame fit_frame(mapping, peak.at_px);
-    // Rays cross other things too, so their contrast is only roughly that of the target.
-    const auto start =
-        find_rim(image, fit_frame, Eigen::Vector2d::Zero(), expected, 0.5 * min_contrast);
-    if (!start || !is_near_size(expected, start->parameters[kRadius])) continue;
+    const auto start = see_rim(image, fit_frame, expected, kStepOfContrast * min_contrast);
+    if (!start) continue;
     const auto u = fit_frame.to_image(start->parameters.head<2>());
     if (!u || !area.contains(*u, 2)) continue;
     const bool is_new =
@@ -89,7 +134,7 @@ std::vector<FittedCandidate> detect_rims(const DetectorInput& input, std::size_t
   std::vector<FittedCandidate> candidates;
   for (const CircleSighting& s :
        see_rims(input.image, input.mapping, expected, input.area, min_contrast, max_fitted)) {
-    auto candidate = fit_candidate(input.image, s.fit_frame, expected, s.start, input.options);
+    auto candidate = fit_or_look_again(input, expected, s, min_contrast);
     const Eigen::Vector2d& at = candidate.fit.center.position.in_px();
     if (!input.area.contains(at, 0)) continue;
     // Two starts may end at one rim.

@@ -47,6 +47,8 @@ constexpr double kRoundTolerance = 0.15;
 constexpr double kOwnOfTolerance = 1.0 / 3;
 /// A rim of less of the contrast asked for is not measured by sectors.
 constexpr double kHalfContrast = 0.5;
+/// A rim of the size is the edge within the tolerance and this of the circle.
+constexpr double kBesideRim_px = 1;
 
 /// Of the radius, as a sigma: as far as a rim may be out of round and is still measured whole.
 double own_shape_of(const ExpectedRim& expected, const LocateOptions& options) {
@@ -221,6 +223,7 @@ class RimEstimator {
         far_(std::max(RimSearch{}.far, expected.near_size())),
         min_visible_(options.min_visible),
         own_shape_(own_shape_of(expected, options)),
+        is_of_its_size_(start.is_of_its_size),
         least_contrast_(kHalfContrast * options.min_contrast * image.full_scale()) {
     options_.freedom.is_ring = window_.is_ring();
     solution_.parameters = start_;
@@ -246,6 +249,7 @@ class RimEstimator {
     if (!solution_.converged || is_astray(solution_.parameters)) return std::nullopt;
     estimate.converged = true;
     estimate.visible = visible_share(window_, solution_.parameters);
+    estimate.arc = estimate.visible;
     if (!add_covariance(estimate)) return std::nullopt;
     return finished(estimate);
   }
@@ -269,6 +273,8 @@ class RimEstimator {
     search.least_used = min_visible_;
     search.far = far_;
     search.own_shape = own_shape_;
+    if (is_of_its_size_)
+      search.ring_px = expected_.size_tolerance * start_[kRadius] + kBesideRim_px;
     search.outer_px = std::clamp(8 + 0.6 * start_[kRadius], 10.0, 30.0);
     search.inner_px = std::clamp(0.6 * start_[kRadius], 3.0, 22.0);
     const double metal_px = start_[kRadius] - start_[kInnerRadius];
@@ -280,6 +286,7 @@ class RimEstimator {
     estimate.center_cov = rim->center_cov;
     estimate.correlation = rim->correlation;
     estimate.visible = rim->used;
+    estimate.arc = rim->arc;
     estimate.excluded = 1 - rim->used;
     estimate.roughness = rim->roughness;
     estimate.oval_sigma = rim->oval_sigma;
@@ -432,6 +439,7 @@ class RimEstimator {
   double far_;  ///< of the start's radius
   double min_visible_;
   double own_shape_;  ///< of the radius
+  bool is_of_its_size_;
   double least_contrast_;
   RimFitOptions options_;
   RimSolution solution_;
@@ -452,6 +460,7 @@ RimEstimate estimate_rim(const Image& image,
     return RimEstimator(image, fit_frame, expected, start, options, reach_px);
   };
   RimEstimator wide = in_window(outside_px(start.parameters[kRadius]));
+  if (start.is_of_its_size) return wide.by_sectors();
   if (const auto plain = wide.plain()) return *plain;
   RimEstimator near = in_window(kNear_px);
   near.start_near(wide);

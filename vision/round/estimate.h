@@ -17,6 +17,7 @@ struct RimEstimate {
   Eigen::Matrix2d center_cov = Eigen::Matrix2d::Zero();  ///< fit frame units squared
   double correlation = 0;  ///< of picture and model over the target, camera noise aside
   double visible = 0;      ///< part of the rim that is seen
+  double arc = 0;          ///< the arc that tells as much of the center, part of the rim
   double excluded = 0;     ///< part of the rim left out
   double clipped = 0;      ///< part of the band's pixels at an end of the scale
   double roughness = 0;    ///< deviation of the rim from round, beyond chance; of the radius, rms

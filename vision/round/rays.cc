@@ -21,6 +21,13 @@ constexpr double kMinSupport = 0.4;
 constexpr double kLooseSpread = 0.15;
 constexpr double kTightSpread = 0.06;
 constexpr double kSpreadTolerances = 2;
+/// Rings of which one has the size lie this far apart, or look like one edge.
+constexpr double kRingsApart_px = 1.2;
+constexpr double kOffCentre_px = 3;
+/// Samples that are averaged on either side of a step.
+constexpr int kFewestBeside = 2;
+constexpr int kMostBeside = 6;
+constexpr int kMostBetweenRings = 3;
 
 /// Picture coordinates of rays: the frame's local linear map is enough for a start value.
 class RaySampler {
@@ -120,7 +127,33 @@ struct RayStep {
 struct PreferredRadius {
   double radius = 0;
   double spread = kLooseSpread;
+  int most_beside = kMostBeside;
 };
+
+/// Where rays look for steps.
+struct RayRange {
+  double from = 0;
+  double to = 0;
+};
+
+PreferredRadius preferred_radius(const ExpectedRim& expected, RimChoice choice) {
+  if (choice == RimChoice::OfItsSize) {
+    const double spread = std::max(expected.size_tolerance, kRingsApart_px / expected.radius);
+    return {expected.radius, spread, kMostBetweenRings};
+  }
+  // Other rings around a rim, such as a mask's opening, often show the stronger edge.
+  return {expected.radius,
+          std::clamp(kSpreadTolerances * expected.size_tolerance, kTightSpread, kLooseSpread)};
+}
+
+/// In     radius: of the rim as far as it is known
+RayRange ray_range(const ExpectedRim& expected, double radius, RimChoice choice) {
+  if (choice == RimChoice::OfItsSize) {
+    const double off = expected.size_tolerance * expected.radius + kOffCentre_px;
+    return {std::max(0.0, expected.radius - off), expected.radius + off};
+  }
+  return {std::max(0.0, radius * (1 - kLookInwards) - 2), radius * (1 + kLookOutwards) + 2};
+}
 
 /// Looks for the largest step of the right sign between two radii, some preferred.
 class StepFinder {
@@ -129,7 +162,9 @@ class StepFinder {
       const RaySampler& sample, double from, double to, PreferredRadius preferred, double sign)
       : sample_(sample),
         from_(from),
-        half_(std::clamp(static_cast<int>(0.12 * preferred.radius / kStepPx), 2, 6)),
+        half_(std::clamp(static_cast<int>(0.12 * preferred.radius / kStepPx),
+                         kFewestBeside,
+                         preferred.most_beside)),
         sign_(sign) {
     for (double r = from; r <= to; r += kStepPx) {
       const double z = (r / preferred.radius - 1) / preferred.spread;
@@ -179,19 +214,18 @@ struct Rays {
 
 /// In     radius: about that of the rim, which says where rays end at the picture's border
 Rays cast_rays(const RaySampler& sample,
-               double from,
-               double to,
+               const RayRange& range,
                double radius,
                PreferredRadius preferred,
                double sign) {
   Rays rays;
-  StepFinder finder(sample, from, to, preferred, sign);
+  StepFinder finder(sample, range.from, range.to, preferred, sign);
   for (int i = 0; i < kRays; ++i) {
     const Eigen::Vector2d& e = direction(i);
     if (!sample(radius * e)) continue;
     ++rays.n_inside_picture;
     // Near the border the range is cut to what can be seen.
-    double end = to;
+    double end = range.to;
     while (end > radius && !sample(end * e)) end -= 1;
     rays.steps[static_cast<std::size_t>(i)] = finder.best(e, end);
   }
@@ -282,22 +316,20 @@ std::optional<RimStart> find_rim(const Image& image,
                                  const FitFrame& fit_frame,
                                  const Eigen::Vector2d& center,
                                  const ExpectedRim& expected,
-                                 double min_contrast) {
+                                 double min_contrast,
+                                 RimChoice choice) {
   constexpr int kPasses = 3;
   constexpr double kCentered_px = 0.02;
   Eigen::Vector2d at = center;
   double radius = expected.radius;
-  // Other rings around a rim, such as a mask's opening, often show the stronger edge.
-  const PreferredRadius preferred = {
-      radius, std::clamp(kSpreadTolerances * expected.size_tolerance, kTightSpread, kLooseSpread)};
+  const PreferredRadius preferred = preferred_radius(expected, choice);
   RimStart start;
   std::optional<RayCircle> circle;
   for (int pass = 0; pass < kPasses; ++pass) {
     const RaySampler sample(image, fit_frame, at);
     if (!sample.usable()) return std::nullopt;
-    const double from = std::max(0.0, radius * (1 - kLookInwards) - 2);
-    const double to = radius * (1 + kLookOutwards) + 2;
-    const Rays rays = cast_rays(sample, from, to, radius, preferred, expected.sign());
+    const RayRange range = ray_range(expected, radius, choice);
+    const Rays rays = cast_rays(sample, range, radius, preferred, expected.sign());
     circle = fit_circle(rays);
     if (!circle || circle->height < min_contrast) return std::nullopt;
     if ((at + circle->shift - center).norm() > expected.radius) return std::nullopt;
@@ -322,6 +354,7 @@ std::optional<RimStart> find_rim(const Image& image,
   if (!around || !on) return std::nullopt;
   p[kLevel] = *around;
   p[kContrast] = *on - *around;
+  start.is_of_its_size = choice == RimChoice::OfItsSize;
   start.inside = inside_share(sample, radius);
   start.at_border = start.inside < 1;
   return start;

@@ -34,9 +34,17 @@ struct ExpectedRim {
 /// A rim seen along rays from its middle: good to a few tenths of a pixel.
 struct RimStart {
   RimVector parameters = RimVector::Zero();
-  double support = 0;      ///< part of the rays inside the picture that show the rim
-  double inside = 1;       ///< part of the rays whose rim is inside of the picture
-  bool at_border = false;  ///< a part of the rim is outside of the picture
+  double support = 0;           ///< part of the rays inside the picture that show the rim
+  double inside = 1;            ///< part of the rays whose rim is inside of the picture
+  bool is_of_its_size = false;  ///< another rim may be stronger: RimChoice::OfItsSize
+  bool at_border = false;       ///< a part of the rim is outside of the picture
+};
+
+/// The rim among several rings about one centre.
+enum class RimChoice {
+  Strongest,
+  /// Of the size that is expected, though another beside it is stronger: a pad in a mask's opening.
+  OfItsSize,
 };
 
 /// Looks for the rim along rays from `center`; empty if there is none of at least `min_contrast`
@@ -48,6 +56,7 @@ std::optional<RimStart> find_rim(const Image& image,
                                  const FitFrame& fit_frame,
                                  const Eigen::Vector2d& center,
                                  const ExpectedRim& expected,
-                                 double min_contrast);
+                                 double min_contrast,
+                                 RimChoice choice = RimChoice::Strongest);
 
 }  // namespace panelcal::internal

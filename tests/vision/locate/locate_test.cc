@@ -216,6 +216,51 @@ TEST(Locate, OnlyAnArcIsRejected) {
   EXPECT_TRUE(detection.reason.starts_with("only an arc is visible")) << text(detection);
 }
 
+/// A rim's parts that are spread around say as much of its centre as a longer arc.
+TEST(Locate, FindsADiscWithMarksAllAroundItsRim) {
+  const Camera camera = noisy_camera();
+  std::vector<Feature> features = {disc_at(camera, 240, 200, kRadius, kLevel)};
+  constexpr int kBars = 8;
+  for (int i = 0; i < kBars; ++i) {
+    const double phi = 2 * std::numbers::pi * i / kBars;
+    Feature bar =
+        disc_at(camera, 240 + kRadius * std::cos(phi), 200 + kRadius * std::sin(phi), 12, 0.3);
+    bar.shape = Feature::Shape::Rectangle;
+    bar.inner_size = mm(0.01 * 10);
+    bar.angle = rad(-phi);  // y is up there
+    features.push_back(bar);
+  }
+  const Detection detection = locate(picture(camera, features), disc_target());
+  ASSERT_EQ(detection.status, DetectionStatus::Found) << text(detection);
+  const auto& center = detection.best->center;
+  EXPECT_LT((center.position - position_px(240, 200)).in_px().norm(), 0.06);
+  EXPECT_LT(std::sqrt(center.cov(0, 0)), 0.06);
+  // Bars 10 px wide cover 80 px of 251.
+  EXPECT_LT(detection.best->visible, LocateOptions{}.min_visible);
+}
+
+/// The opening's edge is stronger than the pad's, and 6 px farther out.
+TEST(Locate, FindsThePadInAMasksOpening) {
+  const Camera camera = noisy_camera();
+  const Image image = picture(camera,
+                              {disc_at(camera, 241, 199.5, kRadius + 6, 0.55),
+                               disc_at(camera, 240.3, 199.7, kRadius, kLevel)});
+  const Detection detection = locate(image, disc_target());
+  ASSERT_EQ(detection.status, DetectionStatus::Found) << text(detection);
+  EXPECT_LT((detection.best->center.position - position_px(240.3, 199.7)).in_px().norm(), 0.15);
+  EXPECT_NEAR(detection.best->size.in_px(), 2 * kRadius, 0.5);
+}
+
+TEST(Locate, APadOfAnotherSizeIsStillRejected) {
+  const Camera camera = noisy_camera();
+  const Image image = picture(camera,
+                              {disc_at(camera, 241, 199.5, kRadius + 8, 0.5),
+                               disc_at(camera, 240.3, 199.7, kRadius + 3.5, kLevel)});
+  const Detection detection = locate(image, disc_target());
+  EXPECT_EQ(detection.status, DetectionStatus::Rejected) << text(detection);
+  EXPECT_TRUE(detection.reason.starts_with("its size is")) << text(detection);
+}
+
 TEST(Locate, OutOfFocusIsRejected) {
   Camera camera = noisy_camera();
   camera.blur_px = 8;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "vision/round/profile/rim_arc.h"
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
@@ -21,6 +22,9 @@ constexpr double kOffWhole = 3;        // sigmas
 constexpr double kMoreOfWhole = 0.05;  // of the rim
 /// An arc that lies on its circle up to some times the least sigma is round: the rest is displaced.
 constexpr double kRoundArc = 2.3;
+
+/// With less of the rim another circle may have as much.
+constexpr double kMajority = 0.5;
 
 using Use = std::vector<char>;
 
@@ -246,11 +250,13 @@ RimCircle fit_rim_circle(const Eigen::VectorXd& deviations,
   result.use = usable;
   const auto n = static_cast<std::size_t>(deviations.size());
   const std::size_t n_usable = count_of(usable);
-  const auto n_kept =
-      std::max<std::size_t>(8, static_cast<std::size_t>(least_used * static_cast<double>(n)));
-  result.seen = static_cast<double>(n_usable) / static_cast<double>(n);
-  if (n_usable < n_kept) return result;
+  const double n_least = std::max(std::min(least_used, kMajority) * static_cast<double>(n),
+                                  least_used * static_cast<double>(n_usable));
+  const auto n_kept = std::max<std::size_t>(8, static_cast<std::size_t>(n_least));
   const SectorWaves waves(deviations.size());
+  result.seen = static_cast<double>(n_usable) / static_cast<double>(n);
+  result.arc = equivalent_arc(waves.fit(deviations, usable).normal, static_cast<double>(n));
+  if (n_usable < n_kept) return result;
   const Eigen::VectorXd d = smoothed(deviations, usable, n_smooth);
 
   const ArcCircle arc = fit_arc(waves, d, usable, n_kept);
@@ -274,7 +280,10 @@ RimCircle fit_rim_circle(const Eigen::VectorXd& deviations,
     for (std::size_t i = 0; i < n; ++i) off[i] = whole.use[i] == 0;
   }
   result.use = usable;
-  result.seen = 1 - static_cast<double>(count_of(off)) / static_cast<double>(n);
+  Use seen(n, 0);
+  for (std::size_t i = 0; i < n; ++i) seen[i] = off[i] == 0;
+  result.seen = static_cast<double>(count_of(seen)) / static_cast<double>(n);
+  result.arc = equivalent_arc(waves.fit(deviations, seen).normal, static_cast<double>(n));
   result.displaced = longest_arc(off, usable);
   take_off(off, 1, result.use);
   if (count_of(result.use) < 8) return result;

@@ -13,6 +13,7 @@ struct RimCircle {
   double grown_px = 0;    ///< of the radius
   std::vector<char> use;  ///< sectors that lie on it
   double seen = 0;  ///< part of the sectors that lie on it, the doubtful ones beside others too
+  double arc = 0;   ///< equivalent_arc() of these
   double displaced = 0;  ///< longest arc that shows an edge elsewhere, part of the rim
   double scale_px = 0;   ///< sigma of these about it
   /// From the circle that left an arc out to this one through all of the rim.
@@ -30,7 +31,7 @@ Eigen::VectorXd residuals_about_circle(const Eigen::VectorXd& deviations,
 
 /// Least trimmed squares, started from the whole rim and from arcs of it, then least squares of the
 /// sectors that lie within 3.5 sigmas. It withstands anything on less than 1 - `least_used` of the
-/// rim.
+/// sectors that show an edge, and needs half of the rim, or `least_used` if that is less.
 ///
 /// In     deviations: by sector, outwards, px; usable: sectors that show an edge at all;
 ///        n_smooth: neighbours that are judged together; floor_px: least sigma of a sector;

@@ -27,6 +27,7 @@ constexpr double kSettledShape_px = 0.1;   // rms
 constexpr double kSettledMove_px = 0.03;   // a smaller move leaves its square
 /// A ring whose level is off by more of the contrast is something else: a hole, a mask's opening.
 constexpr double kOtherRing = 0.1;
+constexpr Eigen::Index kFewestStepRings = 7;
 /// A sector's contrast beside the rim's: less is a track or something that covers it.
 constexpr double kLeastSectorContrast = 0.5;
 constexpr double kMostSectorContrast = 2.5;
@@ -40,9 +41,10 @@ constexpr int kMostSmoothed = 7;
 /// If the surroundings are not flat, rims are as likely as not a little rough.
 constexpr double kRoughChance = 0.5;
 constexpr double kShortestOwnWave_px = 24;
-constexpr double kMostBlurred = 4;         // px: narrow enough
-constexpr double kLostByWide = 0.05;       // of the rim
-constexpr double kDisagreement = 0.4;      // of the way from one to the other: the truth is between
+constexpr double kMostBlurred = 4;     // px: narrow enough
+constexpr double kLostByWide = 0.05;   // of the rim
+constexpr double kUnevenBands = 0.1;   // a lamp lights the bands of an edge unevenly, as a sigma
+constexpr double kDisagreement = 0.4;  // of the way from one to the other: the truth is between
 constexpr double kMostDisagreement = 0.3;  // of the edge's sigma
 /// Lobes are a wave that is far above noise and has most of what deviates. A triangle is rough.
 constexpr int kFewestLobes = 4;
@@ -56,7 +58,9 @@ constexpr double kOfSquare = 0.25;
 constexpr double kDisplacedArc = 0.1;     // of the rim
 constexpr double kFarOff = 3.5 * 1.4826;  // of the median magnitude
 
-/// Rings from the rim outwards and inwards as long as they are like the ones next to it.
+/// Rings from the rim outwards and inwards as long as they are like the ones next to it. A camera
+/// that sharpens draws a bright ring and a dark one along the edge itself: as many as a step takes
+/// stay in any case.
 void trim(const StepProfile& step, Eigen::ArrayXd& medians, RimStrip& strip) {
   const double limit = kOtherRing * std::abs(step.contrast());
   const double near = 2 * step.sigma_px + 0.7;
@@ -79,6 +83,11 @@ void trim(const StepProfile& step, Eigen::ArrayXd& medians, RimStrip& strip) {
       end = j;
       break;
     }
+  }
+  if (end - first < kFewestStepRings) {
+    const auto middle = static_cast<Eigen::Index>(std::lround(step.at_px - strip.first_px));
+    first = std::min(first, std::max<Eigen::Index>(0, middle - kFewestStepRings / 2));
+    end = std::max(end, std::min(medians.size(), middle + kFewestStepRings / 2 + 1));
   }
   if (first == 0 && end == medians.size()) return;
   strip.first_px += static_cast<double>(first);
@@ -162,6 +171,7 @@ struct Pass {
   Eigen::VectorXd deviations;
   std::vector<char> usable;  ///< sectors that show a step
   double move_px = 0;
+  double band_shift_px = 0;  ///< of the mean edge's own bands, at most
 
   double n_used() const {
     return std::max(1.0, circle.used() * static_cast<double>(strip.n_sectors()));
@@ -201,7 +211,7 @@ class RimMeasurement {
     const Pass narrow = pass_;
     const auto use = use_;
     const bool is_seen = look(Width::Wide);
-    if (is_seen && pass_.circle.seen >= search_.least_used) {
+    if (is_seen && pass_.circle.arc >= search_.least_used) {
       // Two filters that see one rim in different places see something else beside it.
       const double by_noise = 2 * (narrow.filter.variance * narrow.circle.unit_cov.trace() +
                                    pass_.filter.variance * pass_.circle.unit_cov.trace());
@@ -259,16 +269,18 @@ class RimMeasurement {
     RimStrip& strip = pass_.strip;
     if (strip.seen < 0.5) return false;
     Eigen::ArrayXd medians = ring_medians(strip, use_);
+    if (search_.ring_px > 0) keep_one_edge(search_.ring_px, search_.sign, medians, strip);
     StepProfile start;
     start.sigma_px = p_[kSigma];
     if (!fit(medians, start)) return false;
     trim(pass_.step, medians, strip);
-    if (strip.n_rings() < 7 || !fit(medians, pass_.step)) return false;
+    if (strip.n_rings() < kFewestStepRings || !fit(medians, pass_.step)) return false;
     const Eigen::ArrayXXf& left = pass_.left = strip.mean.colwise() - medians.cast<float>();
     pass_.filter = width == Width::Wide
                        ? make_shift_filter(strip, tamed_cells(strip, pass_.step, left), pass_.step)
                        : make_plain_filter(strip, pass_.step, pixel_variance(strip, left));
     if (!(pass_.filter.variance > 0)) return false;
+    pass_.band_shift_px = band_shift(strip, medians, pass_.step, pass_.filter);
     pass_.contrasts = sector_contrasts(strip, pass_.step, left);
     pass_.deviations = pass_.by_sector(pass_.filter);
     if (shape_.size() > 0) pass_.deviations += shape_;
@@ -340,6 +352,7 @@ class RimMeasurement {
     profile.parameters[kOval] = pass_.circle.oval_px.x() / radius_px;
     profile.parameters[kOvalDiagonal] = pass_.circle.oval_px.y() / radius_px;
     profile.used = pass_.circle.seen;
+    profile.arc = pass_.circle.arc;
     profile.oval_sigma = oval_sigma(radius_px);
     profile.is_settled = pass_.move_px < kUnsettledMove_px;
     add_covariance(radius_px, profile);
@@ -377,6 +390,8 @@ class RimMeasurement {
     profile.center_cov += unit * unit * std::pow(kDisagreement, 2) * pass_.circle.doubt_px *
                           pass_.circle.doubt_px.transpose();
     profile.center_cov += unit * unit * blur_cov();
+    profile.center_cov +=
+        std::pow(kUnevenBands * unit * pass_.band_shift_px, 2) * Eigen::Matrix2d::Identity();
     add_lobes(radius_px, profile);
     profile.roughness = std::sqrt(std::max(0.0, squares)) / radius_px;
   }

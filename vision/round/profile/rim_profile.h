@@ -20,6 +20,9 @@ struct RimSearch {
   /// Of the radius, as a sigma: a rim that is this far from round is taken as a whole, and the band
   /// follows its shape. Beyond, and with 0, an arc that lies off the rest is something else.
   double own_shape = 0;
+  /// The rim is the edge within this of the circle, whatever others there are; 0: the one that
+  /// dominates.
+  double ring_px = 0;
   double far = 0.2;  ///< of the start's radius: a rim or a center farther off is another one's
 };
 
@@ -28,6 +31,7 @@ struct RimProfile {
   RimVector parameters = RimVector::Zero();  ///< of center, radius, sigma, levels and oval
   Eigen::Matrix2d center_cov = Eigen::Matrix2d::Zero();  ///< fit frame units squared
   double used = 0;         ///< part of the rim that lies on the circle
+  double arc = 0;          ///< that tells as much of the center as this part
   double oval_sigma = 0;   ///< of each component of the oval, by noise and roughness
   double correlation = 0;  ///< of the band and a step, camera noise aside
   double roughness = 0;    ///< rms of the rim's deviations from round, of the radius

@@ -158,4 +158,15 @@ ShiftFilter make_blur_filter(const RimStrip& strip, const StepProfile& step, dou
   return best_filter(plain_covariance(strip, step, variance), columns);
 }
 
+double band_shift(const RimStrip& strip,
+                  const Eigen::ArrayXd& medians,
+                  const StepProfile& step,
+                  const ShiftFilter& filter) {
+  double shift_px = 0;
+  for (Eigen::Index j = 0; j < strip.n_rings(); ++j) {
+    shift_px += std::abs(filter.weights[j] * (medians[j] - step.level(strip.at_px(j))));
+  }
+  return shift_px;
+}
+
 }  // namespace panelcal::internal

@@ -31,4 +31,13 @@ ShiftFilter make_plain_filter(const RimStrip& strip, const StepProfile& step, do
 /// well.
 ShiftFilter make_blur_filter(const RimStrip& strip, const StepProfile& step, double variance);
 
+/// The largest shift, px, that a filter may show for what the mean profile has beyond a step: bands
+/// along the edge, of a lamp on its slope or of a camera that sharpens.
+///
+/// In     medians: levels of the strip's rings
+double band_shift(const RimStrip& strip,
+                  const Eigen::ArrayXd& medians,
+                  const StepProfile& step,
+                  const ShiftFilter& filter);
+
 }  // namespace panelcal::internal

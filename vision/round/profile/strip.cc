@@ -11,6 +11,7 @@ namespace {
 constexpr double kSectorArc_px = 2;
 constexpr double kMinSectors = 24;
 constexpr double kMaxSectors = 256;
+constexpr double kOtherEdge = 0.25;  // of an edge's slope: where it rises by more, another begins
 
 Eigen::Index sectors_of(double radius_px) {
   return static_cast<Eigen::Index>(
@@ -165,6 +166,33 @@ Eigen::ArrayXd ring_medians(const RimStrip& strip, const std::vector<char>& use)
     medians[j] = static_cast<double>(*middle);
   }
   return medians;
+}
+
+void keep_one_edge(double near_px, double sign, Eigen::ArrayXd& medians, RimStrip& strip) {
+  const Eigen::Index n = medians.size() - 1;
+  if (n < 2) return;
+  const Eigen::ArrayXd slope = sign * (medians.tail(n) - medians.head(n));
+  Eigen::Index steepest = -1;
+  for (Eigen::Index j = 0; j < n; ++j) {
+    if (std::abs(strip.at_px(j) + 0.5) > near_px) continue;
+    if (steepest < 0 || slope[j] > slope[steepest]) steepest = j;
+  }
+  if (steepest < 0 || !(slope[steepest] > 0)) return;
+  // The flattest place from the edge on, if it is steep again behind.
+  const auto valley = [&](Eigen::Index step) {
+    Eigen::Index flattest = steepest;
+    for (Eigen::Index j = steepest + step; j >= 0 && j < n; j += step) {
+      if (slope[j] < slope[flattest]) flattest = j;
+      if (slope[j] > slope[flattest] + kOtherEdge * slope[steepest]) return flattest;
+    }
+    return step < 0 ? Eigen::Index{0} : n - 1;
+  };
+  const Eigen::Index first = valley(-1);
+  const Eigen::Index count = valley(1) + 2 - first;
+  strip.first_px += static_cast<double>(first);
+  strip.mean = strip.mean.middleRows(first, count).eval();
+  strip.mass = strip.mass.segment(first, count).eval();
+  medians = medians.segment(first, count).eval();
 }
 
 }  // namespace panelcal::internal

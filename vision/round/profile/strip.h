@@ -41,4 +41,13 @@ RimStrip unroll(const RimWindow& window,
 /// In     use: empty, or as many as there are sectors
 Eigen::ArrayXd ring_medians(const RimStrip& strip, const std::vector<char>& use);
 
+/// Leaves of a strip the one edge that lies nearest to the circle: where the slope of the levels
+/// has fallen and rises again, another edge begins.
+///
+/// In     near_px: the edge is the steepest place within this of the circle; sign: of the inside's
+///        level less the outside's
+/// Out    medians, strip: the rings of that edge
+/// See    tests/vision/round/profile/strip_test.cc
+void keep_one_edge(double near_px, double sign, Eigen::ArrayXd& medians, RimStrip& strip);
+
 }  // namespace panelcal::internal

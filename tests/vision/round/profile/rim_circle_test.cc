@@ -92,6 +92,31 @@ TEST(RimCircle, SectorsWithoutAnEdgeAreNotDisplaced) {
   EXPECT_LT(circle.used(), 0.88);
 }
 
+/// Spots on 42 % of the rim, and an arc of 5 % that is displaced.
+TEST(RimCircle, IsFittedToPartsThatAreSpread) {
+  Random random(8);
+  Eigen::VectorXd d = shifted_circle(random);
+  std::vector<char> usable = all_usable();
+  for (Eigen::Index i = 0; i < kCircleSectors; ++i) {
+    if (i % 12 >= 7) usable[static_cast<std::size_t>(i)] = 0;
+    if (i >= 24 && i < 31) d[i] -= 0.6;
+  }
+  const RimCircle circle = fit_rim_circle(d, usable, 1, 0.7, kSectorNoise_px);
+  EXPECT_NEAR(circle.shift_px.x(), 0.3, 0.015);
+  EXPECT_NEAR(circle.shift_px.y(), -0.2, 0.015);
+  EXPECT_NEAR(circle.seen, 0.525, 0.03);
+  EXPECT_GT(circle.arc, 0.7);
+}
+
+TEST(RimCircle, ASingleArcIsNoMoreThanItsLength) {
+  Random random(9);
+  std::vector<char> usable = all_usable();
+  for (std::size_t i = 0; i < 48; ++i) usable[i] = 0;
+  const RimCircle circle = fit_rim_circle(shifted_circle(random), usable, 1, 0.7, kSectorNoise_px);
+  EXPECT_NEAR(circle.seen, 0.6, 0.02);
+  EXPECT_NEAR(circle.arc, 0.6, 0.02);
+}
+
 TEST(RimCircle, TellsAnOval) {
   Random random(4);
   Eigen::VectorXd d = shifted_circle(random);
