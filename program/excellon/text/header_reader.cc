@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "program/excellon/text/body_start.h"
+#include "program/excellon/text/digit_evidence.h"
 #include "program/excellon/text/format_choice.h"
 #include "program/excellon/text/header_format.h"
 #include "program/excellon/text/lexer.h"
@@ -438,7 +439,8 @@ Header read_header(const SourceText& source,
   }
   log = std::move(of_draft);
   for (const Diagnostic& diagnostic : of_choice.kept()) log.add(diagnostic);
-  header.is_refused = choice.is_open;
+  header.is_refused =
+      choice.is_open || !check_digits(bytes, header, reading, Reporter(source.file, log));
   const bool uses_file = header.whole.uses(StatedFormat::Source::Beside);
   if (uses_file) header.format_file = reading.format_beside.file;
   header.calls_patterns = spelling.calls_patterns;

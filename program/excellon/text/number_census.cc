@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <map>
 
 #include "program/excellon/text/header_words.h"
 #include "program/model/setting_lengths.h"
@@ -193,6 +194,123 @@ void visit_lines(std::string_view program,
   }
 }
 
+/// Follows tools, modes and coordinates as far as single holes need it.
+class HoleList {
+ public:
+  HoleList(const LineRules& rules, const NumberFormat& format, std::size_t max_holes)
+      : rules_(rules), format_(format), max_holes_(max_holes) {}
+
+  /// False: no more lines are wanted.
+  bool take(Line line, const Block& block) {
+    if (block.text == "%") is_in_header_ = false;
+    if (line == Line::Fault) holes_.is_readable = is_in_header_;
+    if (is_incremental_word(block.text)) holes_.is_readable = false;
+    if (line != Line::Block || !holes_.is_readable) return holes_.is_readable;
+    const Word& first = block.words[0];
+    const auto command = command_of(first, rules_.set);
+    if (command == Command::HeaderStart) is_in_header_ = true;
+    if (command == Command::HeaderEnd) is_in_header_ = false;
+    if (first.letter == 'T') take_tool(block);
+    if (is_in_header_) return true;
+    if (command) take_mode(*command);
+    take_place(block);
+    return holes_.is_readable && holes_.n_holes < max_holes_;
+  }
+
+  ListedHoles finish() {
+    std::erase_if(holes_.tools, [](const ListedHoles::OfTool& of) { return of.at_mm.empty(); });
+    return std::move(holes_);
+  }
+
+ private:
+  void take_mode(Command command) {
+    switch (command) {
+      case Command::RoutMode:
+        is_routing_ = true;
+        break;
+      case Command::DrillMode:
+        is_routing_ = false;
+        break;
+      case Command::DualInLine1:
+      case Command::DualInLine:
+      case Command::EightPin:
+      case Command::TextX:
+      case Command::TextY:
+      case Command::StoredPattern:
+      case Command::SetZero:
+        is_passed_over_ = true;
+        break;
+      default:
+        break;
+    }
+  }
+
+  /// Three or four digits are a tool and an index, unless the header has that very tool.
+  void take_tool(const Block& block) {
+    int number = parse_count(block.words[0].number).value_or(0);
+    if (!is_in_header_ && number > 99 && !diameters_mm_.contains(number)) number /= 100;
+    if (const Word* const diameter = block.find('C')) {
+      const double diameter_mm = length_mm(diameter->number);
+      if (diameter_mm > 0) diameters_mm_[number] = diameter_mm;
+    }
+    if (is_in_header_) return;
+    is_passed_over_ = false;
+    const auto known = std::ranges::find(holes_.tools, number, &ListedHoles::OfTool::tool);
+    i_tool_ = static_cast<std::size_t>(known - holes_.tools.begin());
+    if (known == holes_.tools.end()) holes_.tools.push_back({.tool = number});
+    const auto diameter = diameters_mm_.find(number);
+    if (diameter != diameters_mm_.end()) holes_.tools[i_tool_].diameter_mm = diameter->second;
+  }
+
+  void take_place(const Block& block) {
+    const char kind = block.words[0].letter;
+    if (kind == 'M' || kind == 'P') return;
+    if (kind == 'R') return take_steps(block);
+    bool is_hole = !is_routing_ && !is_passed_over_ && i_tool_ < holes_.tools.size();
+    bool has_place = false;
+    for (const Word& word : block.all()) {
+      if (!is_coordinate(word)) {
+        is_hole &= kind == 'T';
+        continue;
+      }
+      has_place = true;
+      at_mm_[word.letter == 'X' ? 0 : 1] = length_mm(word.number);
+      if (holes_.first_bare.text.empty() && is_bare(word.number)) {
+        holes_.first_bare = {word.text(), block.line, word.column};
+      }
+    }
+    if (!is_hole || !has_place || block.arguments_column > 0) return;
+    holes_.tools[i_tool_].at_mm.push_back(at_mm_);
+    ++holes_.n_holes;
+  }
+
+  /// The position behind R#X#Y#; R#M02 leaves it.
+  void take_steps(const Block& block) {
+    if (block.find('M') != nullptr) return;
+    const int n = parse_count(block.words[0].number).value_or(0);
+    for (const Word& word : block.all()) {
+      if (is_coordinate(word)) at_mm_[word.letter == 'X' ? 0 : 1] += n * length_mm(word.number);
+    }
+  }
+
+  double length_mm(std::string_view number) {
+    const ParsedLength parsed = parse_length(number, format_);
+    holes_.is_readable &= parsed.fault == NumberFault::None;
+    return parsed.value.in_mm();
+  }
+
+  LineRules rules_;
+  NumberFormat format_;
+  std::size_t max_holes_;
+  ListedHoles holes_;
+  std::map<int, double> diameters_mm_;
+  std::size_t i_tool_ = std::numeric_limits<std::size_t>::max();
+  Eigen::Vector2d at_mm_ = Eigen::Vector2d::Zero();
+  bool is_in_header_ = false;
+  bool is_routing_ = false;
+  bool is_passed_over_ = false;
+};
+
 }  // namespace
 
 double WrittenNumbers::Extent::farthest_mm() const {
@@ -351,6 +469,16 @@ void take_census(std::string_view program, const LineRules& rules, NumberCensus&
     }
     return true;
   });
+}
+
+ListedHoles list_holes(std::string_view program,
+                       const LineRules& rules,
+                       const NumberFormat& format,
+                       std::size_t max_holes) {
+  HoleList list(rules, format, max_holes);
+  visit_lines(
+      program, rules, false, [&](Line line, const Block& block) { return list.take(line, block); });
+  return list.finish();
 }
 
 }  // namespace panelcal::excellon

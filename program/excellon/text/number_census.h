@@ -7,9 +7,11 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "program/excellon/text/lexer.h"
 #include "program/text/number_format.h"
+#include <Eigen/Core>
 
 namespace panelcal::excellon {
 
@@ -106,5 +108,30 @@ std::optional<NumberPlace> find_bare_number(std::string_view program, const Line
 /// Cost   O(n), n being the text
 /// See    tests/program/excellon/text/format_choice_test.cc
 void take_census(std::string_view program, const LineRules& rules, NumberCensus& census);
+
+/// Single holes that a program lists, by tool.
+struct ListedHoles {
+  struct OfTool {
+    int tool = 0;
+    std::optional<double> diameter_mm;  ///< C of the header or of the body
+    std::vector<Eigen::Vector2d> at_mm;
+  };
+
+  std::vector<OfTool> tools;  ///< in the order in which they are taken
+  std::size_t n_holes = 0;
+  NumberPlace first_bare;   ///< the first coordinate without a decimal point; empty: there is none
+  bool is_readable = true;  ///< false: a number is none in the format, or coordinates are steps
+};
+
+/// Lists the holes of blocks of X and Y alone as they are in a format, up to a number of them.
+/// Those that a cycle, a text, a stored pattern, R# or a copy makes are not listed, nor what
+/// follows a cycle with lines of its own, M97 to M99 or G93 until the next tool.
+///
+/// Cost   O(n), n being max_holes and the lines between them
+/// See    tests/program/excellon/text/digit_evidence_test.cc
+ListedHoles list_holes(std::string_view program,
+                       const LineRules& rules,
+                       const NumberFormat& format,
+                       std::size_t max_holes);
 
 }  // namespace panelcal::excellon
