@@ -106,6 +106,8 @@ bool prefers_plane(const SurfaceFit& plane,
   // A bend as small as the scatter escapes so few probes: the process says how much it may be.
   // Fewer tell nothing of it, whatever the model.
   constexpr std::size_t kTellNothing = 5, kTellPlanes = 13;
+  // A bend that few probes may show is in the sigma of the process alone.
+  if (!process.possible_bends().empty() || process.shape().unresolved > mm(0)) return false;
   if (kept.size() > kTellNothing && kept.size() < kTellPlanes) return false;
   const Misses of_process = misses(process, kept);
   // A bend that hangs on single probes is no reason against a plane.

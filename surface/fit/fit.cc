@@ -118,6 +118,7 @@ struct SurfaceFit::State {
   std::vector<SolvedBending> solved;   ///< of each shape
   std::vector<std::size_t> by_length;  ///< indices of these, longest first
   std::vector<LeftOutProbe> left_out;
+  std::vector<PossibleBend> bends;
   std::optional<internal::GridSurface> grid;  ///< of a grid model, which solves nothing
 
   State(SurfaceModel of_model,
@@ -247,6 +248,7 @@ void SurfaceFit::State::append(std::span<const Position<frame::Nominal>> places,
   const VectorXd heights_mm = about_mm + mean_mm;
   const double unresolved_mm = heaviest().unresolved.in_mm();
   variances_mm2.array() += unresolved_mm * unresolved_mm;
+  for (const PossibleBend& bend : bends) variances_mm2 += bend.errors_mm(places).cwiseAbs2();
   for (Index j = 0; j < heights_mm.size(); ++j) {
     out.push_back({mm(readings.mean_mm + heights_mm[j]), mm(std::sqrt(variances_mm2[j]))});
   }
@@ -267,6 +269,10 @@ MatrixXd SurfaceFit::State::covariance_mm2(std::span<const Position<frame::Nomin
   out -= mean_mm * mean_mm.transpose();
   const double unresolved_mm = heaviest().unresolved.in_mm();
   out.diagonal().array() += unresolved_mm * unresolved_mm;
+  for (const PossibleBend& bend : bends) {
+    const VectorXd errors_mm = bend.errors_mm(places);
+    out += errors_mm * errors_mm.transpose();
+  }
   return out;
 }
 
@@ -312,6 +318,16 @@ std::vector<double> SurfaceFit::heights_mm(std::span<const Position<frame::Nomin
 
 Eigen::MatrixXd SurfaceFit::covariance_mm2(std::span<const Position<frame::Nominal>> places) const {
   return state_->covariance_mm2(places);
+}
+
+SurfaceFit SurfaceFit::with(std::vector<PossibleBend> bends) const {
+  auto state = std::make_shared<State>(*state_);
+  state->bends = std::move(bends);
+  return SurfaceFit(std::move(state));
+}
+
+std::span<const PossibleBend> SurfaceFit::possible_bends() const {
+  return state_->bends;
 }
 
 const SurfaceShape& SurfaceFit::shape() const {
@@ -375,7 +391,10 @@ std::string SurfaceFit::summary() const {
                        state_->grid->usually_missed().in_mm());
   }
   std::string noise = "the probes scatter as stated";
-  if (shape().unresolved > mm(0)) {
+  if (shape().unresolved > mm(0) && model() != SurfaceModel::Plane) {
+    noise = fmt::format("{:.3f} mm in every sigma, by which a probe may be wild",
+                        shape().unresolved.in_mm());
+  } else if (shape().unresolved > mm(0)) {
     const double rms_mm = std::sqrt(state_->readings.sigmas_mm.array().square().mean());
     noise = fmt::format(
         "it misses the probes by {:.2f} times their sigma: {:.3f} mm of bending that "

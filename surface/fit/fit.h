@@ -15,6 +15,7 @@
 #include "calib/base/frames.h"
 #include "calib/base/units.h"
 #include "surface/fit/left_out_probe.h"
+#include "surface/fit/possible_bend.h"
 #include "surface/fit/probe_point.h"
 #include "surface/fit/shape.h"
 #include <Eigen/Core>
@@ -63,6 +64,12 @@ class SurfaceFit {
   ///
   /// Precondition: no grid model
   Eigen::MatrixXd covariance_mm2(std::span<const Position<frame::Nominal>> places) const;
+
+  /// The same surface, its sigma with the bends that probes may show which were left out.
+  ///
+  /// Precondition: no grid model
+  SurfaceFit with(std::vector<PossibleBend> bends) const;
+  std::span<const PossibleBend> possible_bends() const;
 
   /// Shapes that the surface is the average of, heaviest first: one of all models but a Gaussian
   /// process.

@@ -40,8 +40,8 @@ class Sorting {
 
   Expected<void> search(SurfaceModel model);
   /// The same of few probes.
-  Expected<std::string> search_few();
-  bool are_few() const { return points_.size() <= internal::kFewProbes; }
+  Expected<void> search_few();
+  bool are_few() const { return points_.size() <= kFewProbes; }
   Expected<void> set_suspects_aside(SurfaceModel model);
   Expected<SoundSurface> judge(SurfaceModel model);
   /// Fails if too much would be set aside.
@@ -67,6 +67,8 @@ class Sorting {
     return out;
   }
   std::string doubt_of(const internal::WildProbe& wild) const;
+  std::string doubt_of(const SurfaceOutlier& outlier) const;
+  Expected<SoundSurface> doubted(SurfaceFit found, std::vector<SurfaceOutlier> outliers) const;
   Expected<void> check_noise(const SurfaceFit& fit) const;
   SurfaceOutlier judged(const SurfaceFit& fit, std::size_t i_point) const;
 
@@ -76,6 +78,8 @@ class Sorting {
   std::size_t n_most_;
   Indices kept_;
   Indices aside_;
+  std::string doubt_;         ///< about the kept ones
+  Length suspected_ = mm(0);  ///< by which one of them deviates that may be wild
 };
 
 double absolute_t(const LeftOutProbe& probe) {
@@ -111,11 +115,14 @@ Expected<void> Sorting::search(SurfaceModel model) {
   }
 }
 
-/// Out    the doubt that is left
-Expected<std::string> Sorting::search_few() {
+Expected<void> Sorting::search_few() {
   while (true) {
     const internal::WildProbe wild = internal::wild_probe(kept_points());
-    if (!wild.is_found) return doubt_of(wild);
+    if (!wild.is_found) {
+      doubt_ = doubt_of(wild);
+      if (wild.is_doubtful && wild.i_worst) suspected_ = mm(std::abs(wild.deviation.in_mm()));
+      return {};
+    }
     PANELCAL_CHECK(set_aside(kept_[*wild.i_worst]));
   }
 }
@@ -133,6 +140,34 @@ std::string Sorting::doubt_of(const internal::WildProbe& wild) const {
       name_of(points_[kept_[*wild.i_worst]]),
       std::abs(wild.deviation.in_mm()),
       wild.deviation > mm(0) ? "above" : "below");
+}
+
+std::string Sorting::doubt_of(const SurfaceOutlier& outlier) const {
+  return fmt::format(
+      "{} probes cannot tell a wild one from a bend of the board: sigma about {}, left out, has "
+      "the {:.3f} mm by which it is off",
+      points_.size(),
+      outlier.name,
+      std::abs(outlier.deviation.in_mm()));
+}
+
+/// Few probes that were left out or are suspected may as well be right: sigma has that error.
+Expected<SoundSurface> Sorting::doubted(SurfaceFit found,
+                                        std::vector<SurfaceOutlier> outliers) const {
+  if (suspected_ > mm(0)) {
+    std::vector<ShapeShare> shapes(found.shapes().begin(), found.shapes().end());
+    for (ShapeShare& share : shapes) share.shape.unresolved = suspected_;
+    PANELCAL_TRY(found, fit_surface(kept_points(), found.model(), shapes));
+  }
+  std::string doubt;
+  if (are_few()) {
+    found = found.with(possible_bends(points_, kept_, outliers));
+    for (const SurfaceOutlier& outlier : outliers) {
+      doubt += (doubt.empty() ? "" : "; ") + doubt_of(outlier);
+    }
+  }
+  if (!doubt_.empty()) doubt += (doubt.empty() ? "" : "; ") + doubt_;
+  return SoundSurface{std::move(found), kept_, std::move(outliers), std::move(doubt)};
 }
 
 /// A probe that took no part in the fit.
@@ -193,7 +228,7 @@ Expected<SoundSurface> Sorting::judge(SurfaceModel model) {
     PANELCAL_TRY(found, fit_again(found));
   }
   PANELCAL_CHECK(check_noise(found));
-  return SoundSurface{std::move(found), std::move(kept_), std::move(outliers), {}};
+  return doubted(std::move(found), std::move(outliers));
 }
 
 Expected<void> Sorting::check_noise(const SurfaceFit& found) const {
@@ -292,6 +327,19 @@ std::string SurfaceOutlier::text() const {
                      std::abs(deviation / sigma));
 }
 
+std::vector<PossibleBend> possible_bends(std::span<const ProbePoint> points,
+                                         std::span<const std::size_t> kept,
+                                         std::span<const SurfaceOutlier> outliers) {
+  std::vector<PossibleBend> out;
+  if (points.size() > kFewProbes) return out;
+  std::vector<ProbePoint> others;
+  for (const std::size_t i : kept) others.push_back(points[i]);
+  for (const SurfaceOutlier& outlier : outliers) {
+    out.push_back(possible_bend(points[outlier.i_point], outlier.deviation, others));
+  }
+  return out;
+}
+
 Expected<void> OutlierOptions::validate() const {
   const auto check =
       [](const char* field, double value, bool is_good, const char* expected) -> Expected<void> {
@@ -314,10 +362,8 @@ Expected<SoundSurface> fit_without_outliers(std::span<const ProbePoint> points,
   if (is_of_grid(model)) return fit_grid(points, model, options);
   Sorting all(points, points.size(), options);
   if (all.are_few() && !is_plane) {
-    PANELCAL_TRY(std::string doubt, all.search_few());
-    PANELCAL_TRY(SoundSurface sound, all.judge(model));
-    sound.doubt = std::move(doubt);
-    return sound;
+    PANELCAL_CHECK(all.search_few());
+    return all.judge(model);
   }
   for (const Together& some : searched_together(points)) {
     Sorting sorting(some.points, points.size(), options);

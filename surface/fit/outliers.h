@@ -31,7 +31,8 @@ struct SoundSurface {
   SurfaceFit fit;
   std::vector<std::size_t> kept;         ///< indices, rising
   std::vector<SurfaceOutlier> outliers;  ///< in the order of the probes
-  std::string doubt = {};  ///< that a wild probe may be among the others; empty: none shows
+  std::string doubt =
+      {};  ///< that few probes cannot tell a wild one from a bend; empty: none shows
 };
 
 struct OutlierOptions {
@@ -47,6 +48,13 @@ struct OutlierOptions {
   Expected<void> validate() const;
 };
 
+/// The bends that these outliers may show; none of more than kFewProbes, which judge them.
+///
+/// In     points: those that the outliers are indices of; kept: 1 or more indices
+std::vector<PossibleBend> possible_bends(std::span<const ProbePoint> points,
+                                         std::span<const std::size_t> kept,
+                                         std::span<const SurfaceOutlier> outliers);
+
 /// Fits a surface to the probes that fit each other, and names the others.
 ///
 /// First the probe that deviates most from what the others predict is set aside, one at a time,
@@ -56,8 +64,10 @@ struct OutlierOptions {
 /// probe is an outlier if, left out, it deviates by more than one of n good ones does with the
 /// chance false_alarm / n (Bonferroni); whatever was set aside and does not, is taken back.
 ///
-/// Up to 15 probes have no better half: of bent models each probe is judged by all the others, and
-/// where that cannot tell a wild one from a bend, the result says so (surface/fit/wild_probe.h).
+/// Up to 15 probes have no better half: of bent models each probe is judged by all the others
+/// (surface/fit/wild_probe.h). They cannot tell a wild one from a bend of the board, and the result
+/// says so: sigma about one that is left out, of any model, has the bend that it may show
+/// (surface/fit/possible_bend.h); where a kept one is suspected, every sigma has its deviation.
 ///
 /// A third of wild probes all over the panel cannot be told from a surface that is rougher than the
 /// probes are dense: refused is one that predicts probes left out hardly better than a plane does,

@@ -11,9 +11,6 @@
 // Not installed: part of surface/fit/outliers.h.
 namespace panelcal::internal {
 
-/// Of so few probes no clean part judges the rest: each is judged by all the others.
-inline constexpr std::size_t kFewProbes = 15;
-
 /// Result of a search among few probes.
 struct WildProbe {
   std::optional<std::size_t> i_worst;  ///< the likeliest to be wild; empty: none can be judged

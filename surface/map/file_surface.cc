@@ -337,6 +337,7 @@ Expected<HeightMap> read_surface(const StrictObject& object,
   }
   auto made = [&]() -> Expected<HeightMap> {
     PANELCAL_TRY(SurfaceFit fit, fit_surface(fitted, model, shapes));
+    if (!outliers.empty()) fit = fit.with(possible_bends(all, kept, outliers));
     SoundSurface surface{std::move(fit), std::move(kept), std::move(outliers)};
     return HeightMap::of_surface(all, {std::move(surface), std::move(reason)}, options);
   }();

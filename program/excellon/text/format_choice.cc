@@ -11,6 +11,7 @@
 
 #include "program/excellon/text/number_census.h"
 #include "program/excellon/text/stated_format.h"
+#include "program/text/source_text.h"
 #include "program/walk/reporter.h"
 #include <fmt/format.h>
 
@@ -181,6 +182,7 @@ class FormatChooser {
     if (trouble != nullptr && needs_file()) return refuse(*trouble);
     if (!is_known) {
       take_whole_census();
+      if (is_late && is_cut_off()) return refuse_evidence("the unit stands in the body alone");
       if (is_late) take_late_unit();
       leave_out_diameters_of_another_unit();
       if (!choose_reading()) return choice_;
@@ -209,6 +211,20 @@ class FormatChooser {
 
   FormatChoice refuse(const Diagnostic& trouble) {
     log_.add(trouble);
+    choice_.is_open = true;
+    return choice_;
+  }
+
+  /// The file may have lost its end, and the operator accepts that: its numbers are not all there
+  /// are, and of another part they are other evidence.
+  bool is_cut_off() const {
+    if (!program_.reading.accepts_unterminated) return false;
+    const std::string_view last = last_line(program_.text).text;
+    return !last.starts_with("M30") && !last.starts_with("M00");
+  }
+
+  FormatChoice refuse_evidence(const std::string& what) {
+    report(Code::FormatAmbiguous, what + "; a file without its end does not show all its numbers");
     choice_.is_open = true;
     return choice_;
   }
@@ -292,6 +308,12 @@ class FormatChooser {
     const Reading& best = readings.front();
     const Reading& other = *std::ranges::find_if(readings, differs_from(best));
     if (best.against.empty() && !other.against.empty()) {
+      if (is_cut_off()) {
+        refuse_evidence(fmt::format("is {}, unless what is missing says {}",
+                                    best.format.summary(),
+                                    other.format.summary()));
+        return false;
+      }
       take(best, other);
       return true;
     }

@@ -2,7 +2,9 @@
 #include "surface/fit/outliers.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <numbers>
 #include <set>
 #include <utility>
 
@@ -157,7 +159,75 @@ TEST(SurfaceOutliers, NamesAGrossProbeOfFewByTheOthers) {
   ASSERT_TRUE(found) << found.error().text();
   EXPECT_EQ(called_outliers(*found), std::set<std::size_t>{5});
   EXPECT_NEAR(found->outliers[0].deviation.in_mm(), 1.5, 0.1);
-  EXPECT_EQ(found->doubt, "");
+  EXPECT_THAT(found->doubt, HasSubstr("column 1 row 1, left out"));
+}
+
+/// Nine probes of 3 um, 100 mm apart; the height of the middle about the flat others.
+Points dome_of_nine(double height_mm) {
+  Random random(33);
+  const auto flat = [](const Eigen::Vector2d&) { return 1.6; };
+  Points points = probed_lattice(random, flat, 3, 3, 0.003);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    points[i].name = fmt::format("probe {}", i);
+    points[i].place =
+        position_mm<frame::Nominal>(100 * static_cast<double>(i % 3), 100 * std::floor(i / 3));
+  }
+  points[4].measured.height = points[4].measured.height + mm(height_mm);
+  return points;
+}
+
+TEST(SurfaceOutliers, SigmaHoldsForADomeAndForAWildProbeAlike) {
+  // Clamped along its edges, a board bends as sin(pi x / 200 mm) sin(pi y / 200 mm).
+  for (const double height_mm : {0.02, 0.05, 0.06, 0.08, 0.1, 0.2, 0.3, 1.0, -0.1}) {
+    const auto found = fit_without_outliers(dome_of_nine(height_mm), SurfaceModel::GaussianProcess);
+    ASSERT_TRUE(found) << found.error().text();
+    for (const double x_mm : {50.0, 100.0, 130.0}) {
+      for (const double y_mm : {40.0, 100.0}) {
+        const auto place = position_mm<frame::Nominal>(x_mm, y_mm);
+        const HeightEstimate at = found->fit.at(place);
+        const double bent_mm = 1.6 + height_mm * std::sin(std::numbers::pi * x_mm / 200) *
+                                         std::sin(std::numbers::pi * y_mm / 200);
+        const auto off = [&](double truth_mm) {
+          return std::abs(at.height.in_mm() - truth_mm) / at.sigma.in_mm();
+        };
+        EXPECT_LT(off(bent_mm), 3) << height_mm << " mm, at " << x_mm << ", " << y_mm;
+        // A smaller one is no more than a bend that is believed.
+        if (std::abs(height_mm) >= 0.1) {
+          EXPECT_LT(off(1.6), 3) << height_mm << " mm";
+        }
+      }
+    }
+    if (std::abs(height_mm) >= 0.1) {
+      EXPECT_THAT(found->doubt, HasSubstr("probe 4"));
+    }
+  }
+}
+
+TEST(SurfaceOutliers, AnErrorOfAPossibleBendIsOneOverTheWholeOfIt) {
+  const auto found = fit_without_outliers(dome_of_nine(0.3), SurfaceModel::GaussianProcess);
+  ASSERT_TRUE(found) << found.error().text();
+  ASSERT_EQ(called_outliers(*found), std::set<std::size_t>{4});
+  ASSERT_EQ(found->fit.possible_bends().size(), 1U);
+  const PossibleBend& bend = found->fit.possible_bends().front();
+  // The four beside it are 100 mm away, and exp(-1 / 2) is 0.6065.
+  EXPECT_NEAR(bend.height.in_mm(), 0.3, 0.01);
+  EXPECT_NEAR(bend.reach.in_mm(), 100, 1e-9);
+  const std::vector places = {position_mm<frame::Nominal>(100, 100),
+                              position_mm<frame::Nominal>(200, 100)};
+  const Eigen::MatrixXd with = found->fit.covariance_mm2(places);
+  const Eigen::MatrixXd without = found->fit.with({}).covariance_mm2(places);
+  const double variance_mm2 = bend.height.in_mm() * bend.height.in_mm();
+  EXPECT_NEAR(with(0, 0) - without(0, 0), variance_mm2, 1e-9);
+  EXPECT_NEAR(with(0, 1) - without(0, 1), 0.6065 * variance_mm2, 1e-5);
+  const double sigma_mm = found->fit.at(places[1]).sigma.in_mm();
+  EXPECT_NEAR(sigma_mm * sigma_mm, with(1, 1), 1e-9);
+}
+
+TEST(SurfaceOutliers, APlaneOfFewProbesHasTheBendThatItLeavesOut) {
+  const auto found = fit_without_outliers(dome_of_nine(0.1), SurfaceModel::Plane);
+  ASSERT_TRUE(found) << found.error().text();
+  ASSERT_EQ(called_outliers(*found), std::set<std::size_t>{4});
+  EXPECT_GT(found->fit.at(position_mm<frame::Nominal>(100, 100)).sigma, um(90));
 }
 
 TEST(SurfaceOutliers, SaysWhereFewCannotTellAWildProbeFromABend) {

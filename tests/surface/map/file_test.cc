@@ -88,6 +88,23 @@ TEST(MapFile, KeepsWhatTheMapWasMadeOf) {
   EXPECT_EQ(after->sources[0].sha256, "abc");
 }
 
+TEST(MapFile, OfFewProbesHasTheBendThatOneLeftOutMayShow) {
+  Random random(76);
+  const auto flat = [](const Eigen::Vector2d&) { return 1.6; };
+  std::vector<ProbePoint> points = probed_lattice(random, flat, 3, 3, 0.003);
+  points[4].measured.height = points[4].measured.height + mm(0.3);
+  auto map = HeightMap::of_probes(points);
+  ASSERT_TRUE(map) << map.error().text();
+  ASSERT_EQ(map->outliers().size(), 1U);
+  const StoredMap before{points, *std::move(map), {}, "panelcal test"};
+  const auto after = again(map_file_text(before));
+  ASSERT_TRUE(after) << after.error().text();
+  const auto there = after->map.height_at(points[4].place);
+  ASSERT_TRUE(there) << there.error().text();
+  EXPECT_GT(there->sigma, um(280));
+  EXPECT_EQ(there->sigma, before.map.height_at(points[4].place)->sigma);
+}
+
 TEST(MapFile, KnowsProbesThatCameFromNoFile) {
   StoredMap before = stored();
   before.points[3].from = {};
