@@ -250,8 +250,12 @@ RimCircle fit_rim_circle(const Eigen::VectorXd& deviations,
   result.use = usable;
   const auto n = static_cast<std::size_t>(deviations.size());
   const std::size_t n_usable = count_of(usable);
-  const double n_least = std::max(std::min(least_used, kMajority) * static_cast<double>(n),
-                                  least_used * static_cast<double>(n_usable));
+  // As many as are asked for where there are as many, so that no shorter arc is preferred to them.
+  const double n_asked = least_used * static_cast<double>(n);
+  const double n_least = static_cast<double>(n_usable) < n_asked
+                             ? std::max(std::min(least_used, kMajority) * static_cast<double>(n),
+                                        least_used * static_cast<double>(n_usable))
+                             : n_asked;
   const auto n_kept = std::max<std::size_t>(8, static_cast<std::size_t>(n_least));
   const SectorWaves waves(deviations.size());
   result.seen = static_cast<double>(n_usable) / static_cast<double>(n);

@@ -31,7 +31,8 @@ Eigen::VectorXd residuals_about_circle(const Eigen::VectorXd& deviations,
 
 /// Least trimmed squares, started from the whole rim and from arcs of it, then least squares of the
 /// sectors that lie within 3.5 sigmas. It withstands anything on less than 1 - `least_used` of the
-/// sectors that show an edge, and needs half of the rim, or `least_used` if that is less.
+/// rim, or of the sectors that show an edge where these are fewer than `least_used`; it needs half
+/// of the rim, or `least_used` if that is less.
 ///
 /// In     deviations: by sector, outwards, px; usable: sectors that show an edge at all;
 ///        n_smooth: neighbours that are judged together; floor_px: least sigma of a sector;
