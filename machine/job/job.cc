@@ -185,7 +185,25 @@ class JobRun {
     walk.step_slots = keeps || writes_program ? Cycles::Kept : Cycles::Expanded;
     if (writes_program) walk.uncertainty.output_rounding = written_digits().rounding();
     if (job_.surface != nullptr) walk.board.map = job_.surface;
-    return true;
+    return take(check_surface_axis());
+  }
+
+  /// Z axis 0 of probes is that of spindle 1. A board is not as high under each spindle, so that a
+  /// map of another one moves all depths by the difference. The spindle that drills is [spindle]
+  /// number, else [program] spindle.
+  Expected<void> check_surface_axis() const {
+    const int number = machine_.spindle_setting.spindle;
+    const int spindle = number != 1 ? number : machine_.walk.sieb_meyer.text.spindle;
+    if (!job_.surface_axis || *job_.surface_axis + 1 == spindle) return {};
+    return failure({Code::ConfigValue,
+                    {machine_.file.string(), 0, 0},
+                    fmt::format("surface map of Z axis {}, spindle {}, and spindle {} drills",
+                                *job_.surface_axis,
+                                *job_.surface_axis + 1,
+                                spindle),
+                    fmt::format("--surface with a map of --zaxis {}, or [spindle] number = {}",
+                                spindle - 1,
+                                *job_.surface_axis + 1)});
   }
 
   /// Precondition: the output is a program.

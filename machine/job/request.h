@@ -51,6 +51,9 @@ struct Job {
   bool compares_models = false;    ///< the report shows the models that were not taken
   bool finds_worst_place = false;  ///< JobResult::worst_hole and worst_number are wanted
   std::int64_t max_operations = 1'000'000'000;
+  /// Z axis of the probes that `surface` is made of, from 0; the spindle that drills has to have
+  /// it. Empty: unknown (StoredMap).
+  std::optional<int> surface_axis;
 };
 
 /// Receivers of a job's results while it runs. All may be empty; all outlive the job.

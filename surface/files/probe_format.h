@@ -69,6 +69,8 @@ struct ProbeFile {
   std::vector<ProbePoint> points;     ///< in the order of the file
   std::vector<MissingProbe> missing;  ///< in the order of the grid or of the file, never filled
   std::optional<ProbeGrid> grid;      ///< of the formats that are grids
+  /// Of several, or chosen: whose heights they are, from 0; empty: the file does not say.
+  std::optional<int> z_axis;
 };
 
 /// Larger files are refused unread, as are grids of more nodes and logs of more lines.

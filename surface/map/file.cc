@@ -3,6 +3,7 @@
 
 #include <array>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "calib/base/files/atomic_file.h"
@@ -24,6 +25,25 @@ constexpr std::string_view kKind = "surface-map";
 constexpr int kPlain = 1;  ///< the version of a map without zones and voids
 constexpr int kZoned = 2;
 
+/// More spindles than a machine has.
+constexpr int kMaxMapAxis = 63;
+
+/// The members of a map, with `zaxis` where it is stated.
+template <std::size_t n>
+Expected<StrictObject> map_members(const json& document,
+                                   const std::array<std::string_view, n>& required,
+                                   const std::string& file) {
+  std::vector<std::string_view> keys(required.begin(), required.end());
+  if (document.is_object() && document.contains("zaxis")) keys.emplace_back("zaxis");
+  return StrictObject::make(document, "the map", keys, kMapFileCode, file);
+}
+
+Expected<std::optional<int>> read_axis(const StrictObject& top, const json& document) {
+  if (!document.contains("zaxis")) return std::nullopt;
+  PANELCAL_TRY(const int z_axis, top.integer("zaxis", 0, kMaxMapAxis));
+  return z_axis;
+}
+
 Expected<void> check_head(const StrictObject& top, int version) {
   PANELCAL_CHECK(top.constant("kind", kKind));
   PANELCAL_CHECK(top.integer("version", version, version));
@@ -42,9 +62,9 @@ Expected<StoredZones> read_plain(const json& document, const std::string& file) 
                                                       "sources",
                                                       "left_out",
                                                       "probes"};
-  PANELCAL_TRY(const StrictObject top,
-               StrictObject::make(document, "the map", kKeys, kMapFileCode, file));
+  PANELCAL_TRY(const StrictObject top, map_members(document, kKeys, file));
   PANELCAL_CHECK(check_head(top, kPlain));
+  PANELCAL_TRY(const std::optional<int> z_axis, read_axis(top, document));
   PANELCAL_TRY(std::string made_by, top.text("made_by"));
   PANELCAL_TRY(auto sources, internal::read_sources(top, file));
   PANELCAL_TRY(auto points, internal::read_probes(top, sources, file));
@@ -53,7 +73,8 @@ Expected<StoredZones> read_plain(const json& document, const std::string& file) 
   return StoredZones{std::move(points),
                      ZonedMap::of_maps({}, {}, std::move(sorted), {std::move(map)}),
                      std::move(sources),
-                     std::move(made_by)};
+                     std::move(made_by),
+                     z_axis};
 }
 
 /// The declared zones; none if the only one has no area.
@@ -79,9 +100,9 @@ Expected<StoredZones> read_zoned(const json& document, const std::string& file) 
       "kind", "version", "made_by", "units", "zones", "margin", "voids", "sources", "probes"};
   constexpr std::array<std::string_view, 7> kZoneKeys = {
       "name", "area", "model", "reason", "shape", "options", "left_out"};
-  PANELCAL_TRY(const StrictObject top,
-               StrictObject::make(document, "the map", kKeys, kMapFileCode, file));
+  PANELCAL_TRY(const StrictObject top, map_members(document, kKeys, file));
   PANELCAL_CHECK(check_head(top, kZoned));
+  PANELCAL_TRY(const std::optional<int> z_axis, read_axis(top, document));
   PANELCAL_TRY(std::string made_by, top.text("made_by"));
   PANELCAL_TRY(const auto objects, internal::read_objects(top, "zones", "zone", kZoneKeys, file));
   if (objects.empty() || objects.size() > kMostZones) {
@@ -104,15 +125,18 @@ Expected<StoredZones> read_zoned(const json& document, const std::string& file) 
       std::move(points),
       ZonedMap::of_maps(std::move(zones), std::move(voids), std::move(sorted), std::move(maps)),
       std::move(sources),
-      std::move(made_by)};
+      std::move(made_by),
+      z_axis};
 }
 
-std::string head_text(int version, const std::string& made_by) {
+template <class Stored>
+std::string head_text(int version, const Stored& stored) {
   return fmt::format(
-      "{{\n  \"kind\": \"{}\",\n  \"version\": {},\n  \"made_by\": {},\n  \"units\": \"mm\",\n",
+      "{{\n  \"kind\": \"{}\",\n  \"version\": {},\n  \"made_by\": {},\n  \"units\": \"mm\",\n{}",
       kKind,
       version,
-      internal::json_text(made_by));
+      internal::json_text(stored.made_by),
+      stored.z_axis ? fmt::format("  \"zaxis\": {},\n", *stored.z_axis) : "");
 }
 
 std::string zone_text(const ZonedMap& map, std::size_t i_zone) {
@@ -133,7 +157,7 @@ std::string zoned_text(const StoredZones& stored) {
   }
   return fmt::format(
       "{}  \"zones\": [\n{}\n  ],\n  \"margin\": {},\n{},\n{},\n{}\n}}\n",
-      head_text(kZoned, stored.made_by),
+      head_text(kZoned, stored),
       fmt::join(zones, ",\n"),
       stored.map.voids().margin().in_mm(),
       internal::list_text("voids", internal::void_texts(stored.map.voids().all()), "  "),
@@ -146,7 +170,7 @@ std::string zoned_text(const StoredZones& stored) {
 StoredMap StoredZones::zone(std::size_t i_zone) const {
   std::vector<ProbePoint> own;
   for (const std::size_t i : map.probes(i_zone)) own.push_back(points[i]);
-  return {std::move(own), map.map(i_zone), sources, made_by};
+  return {std::move(own), map.map(i_zone), sources, made_by, z_axis};
 }
 
 Expected<StoredZones> parse_zoned_map_file(std::string_view text, const std::string& file) {
@@ -192,7 +216,7 @@ std::string map_file_text(const StoredMap& stored) {
   std::iota(all.begin(), all.end(), 0);
   return fmt::format(
       "{}{},\n{},\n{},\n{}\n}}\n",
-      head_text(kPlain, stored.made_by),
+      head_text(kPlain, stored),
       internal::surface_text(stored.map, "  "),
       internal::list_text("sources", internal::source_texts(stored.sources), "  "),
       internal::list_text("left_out", internal::left_out_texts(stored.map, all), "  "),

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,6 +22,9 @@ struct StoredMap {
   HeightMap map;                   ///< of these points
   std::vector<MapSource> sources;
   std::string made_by;  ///< "panelcal 0.1.0"
+  /// Of a machine with several, from 0: whose heights they are; empty: it has one, or it is
+  /// unknown.
+  std::optional<int> z_axis = std::nullopt;
 
   /// The probes that make the map.
   std::vector<ProbePoint> kept_points() const;
@@ -32,6 +36,7 @@ struct StoredZones {
   ZonedMap map;                    ///< of these points
   std::vector<MapSource> sources;
   std::string made_by;
+  std::optional<int> z_axis = std::nullopt;  ///< as in StoredMap
 
   /// The map of one zone, or of all without zones, with its own probes alone.
   StoredMap zone(std::size_t i_zone) const;

@@ -125,9 +125,11 @@ class RunCommand {
       PANELCAL_TRY(truth, read_truth_json(options_.truth));
     }
     std::shared_ptr<const ZonedMap> surface;
+    std::optional<int> surface_axis;
     if (!options_.surface.empty()) {
       PANELCAL_TRY(StoredZones stored, read_zoned_map_file(options_.surface));
       surface = std::make_shared<const ZonedMap>(std::move(stored.map));
+      surface_axis = stored.z_axis;
     }
     machine_.reading.take(options_.reading);
     PANELCAL_TRY(job_, read_job(options_.program, machine_, now));
@@ -137,6 +139,7 @@ class RunCommand {
     job_.explain = explain;
     job_.command = kCommand;
     job_.surface = std::move(surface);
+    job_.surface_axis = surface_axis;
     job_.truth = std::move(truth);
     if (!options_.slots.empty()) job_.keeps_slots = options_.slots == "keep";
     if (options_.resolution_um) job_.resolution = um(*options_.resolution_um);

@@ -94,7 +94,8 @@ bool Interpreter::read_words(const Block& block,
 }
 
 /// Moves the programmed position. An omitted axis stays where the last coordinate of the same kind
-/// left it; across the two kinds the machine's two passes would differ, so that is refused.
+/// left it; across the two kinds the machine's two passes would differ, so that is refused, and so
+/// is an axis that comes from outside of a pattern.
 bool Interpreter::move_to(const Block& block,
                           const std::array<std::optional<double>, 2>& xy_mm,
                           AxisUser user) {
@@ -104,18 +105,21 @@ bool Interpreter::move_to(const Block& block,
     const bool is_fresh = before == AxisUser::None || before == user ||
                           (before == AxisUser::Cleared && modal_.incremental);
     const bool depends_on_before = modal_.incremental || !xy_mm[axis];
-    if (depends_on_before && !is_fresh) {
-      reporter_.report(Code::AxisAmbiguous,
-                       block.line,
-                       block.column,
-                       fmt::format("{} takes {} from {}",
-                                   quoted(block.text),
-                                   axis == 0 ? 'X' : 'Y',
-                                   before == AxisUser::Cleared  ? "before the M08"
-                                   : before == AxisUser::Lost   ? "before a P# or G93"
-                                   : before == AxisUser::Target ? "a vision target"
-                                                                : "a hole or rout move"),
-                       "absolute X and Y in this block");
+    const bool is_from_outside = modal_.begins_pattern && !modal_.incremental;
+    if (depends_on_before && (!is_fresh || is_from_outside)) {
+      reporter_.report(
+          Code::AxisAmbiguous,
+          block.line,
+          block.column,
+          fmt::format("{} takes {} from {}",
+                      quoted(block.text),
+                      axis == 0 ? 'X' : 'Y',
+                      before == AxisUser::Cleared  ? "before the M08"
+                      : before == AxisUser::Lost   ? "before a P#, G93, M99 or a stop with a place"
+                      : is_from_outside            ? "before the pattern"
+                      : before == AxisUser::Target ? "a vision target"
+                                                   : "a hole or rout move"),
+          "absolute X and Y in this block");
       return false;
     }
   }
@@ -128,6 +132,7 @@ bool Interpreter::move_to(const Block& block,
     }
     modal_.user[axis] = user;
   }
+  modal_.begins_pattern = false;
   has_motion_ = true;
   return true;
 }

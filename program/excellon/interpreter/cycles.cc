@@ -334,7 +334,7 @@ void Interpreter::run_stored_pattern(const Block& block, const Cycle& cycle) {
   place_.pattern = place.pattern;
   cursor_ = cursor;
   modal_.at_mm = modal.at_mm;
-  modal_.user = modal.user;
+  modal_.user = {AxisUser::Lost, AxisUser::Lost};
   modal_.incremental = modal.incremental;
   modal_.has_hole = false;
   modal_.has_start = false;

@@ -27,6 +27,7 @@ void Interpreter::stop(const Block& block, std::span<const Word> words, StopKind
       stop.actual = options_.table->nearest_command_for(*stop.actual);
       stop.from_absolute_zero = *stop.actual - options_.absolute_zero;
     }
+    modal_.user = {AxisUser::Lost, AxisUser::Lost};
   }
   emitter_.put(block.line, stop);
 }

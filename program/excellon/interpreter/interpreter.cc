@@ -157,8 +157,8 @@ void Interpreter::run_line(const SourceLine& line) {
 /// The short way for what nearly every line is: a hole at absolute coordinates that both passes
 /// know. Everything else, and every doubt, goes the long way. No hole changes what decides this.
 bool Interpreter::run_plain_lines(std::size_t end) {
-  if (modal_.motion != Motion::Drill || modal_.incremental || pending_ || steps_comment_ ||
-      modal_.user[0] != AxisUser::Work || modal_.user[1] != AxisUser::Work ||
+  if (modal_.motion != Motion::Drill || modal_.incremental || modal_.begins_pattern || pending_ ||
+      steps_comment_ || modal_.user[0] != AxisUser::Work || modal_.user[1] != AxisUser::Work ||
       !vision_.may_drill() || !has_working_tool()) {
     return false;
   }

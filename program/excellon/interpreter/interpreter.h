@@ -58,8 +58,9 @@ class Interpreter {
 
  private:
   /// The last user of an axis: the two passes of the machine see different coordinates, so an axis
-  /// may not be taken over from the one kind to the other. Cleared: an M08 came since. Lost: a P#
-  /// or G93 did, and the manual does not say where they leave the position.
+  /// may not be taken over from the one kind to the other. Cleared: an M08 came since. Lost: a P#,
+  /// G93, M99 or a stop with a place did, and the manual does not say where they leave the
+  /// position.
   enum class AxisUser : std::uint8_t { None, Work, Target, Cleared, Lost };
   enum class Motion : std::uint8_t { Drill, Rapid, Line, Clockwise, Counterclockwise };
 
@@ -72,6 +73,9 @@ class Interpreter {
     Motion motion = Motion::Drill;
     bool has_start = false;  ///< a coordinate came since G00
     CompensationSide side = CompensationSide::Off;
+    /// No coordinate came since M25: an axis left out is another one in each copy, or that of
+    /// before the pattern. The manual does not say which; G91 goes on from where the program stood.
+    bool begins_pattern = false;
     double at_step_mm = 0;                                  ///< rounding of the last coordinate
     double arc_step_mm = 0;                                 ///< rounding of A, or of I and J
     bool has_routed = false;                                ///< since the side was chosen

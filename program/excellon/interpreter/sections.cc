@@ -37,6 +37,7 @@ void Interpreter::run_section(int line) {
   in_pattern_ = true;
   has_dimension_ = true;  // of M02X#Y#
   place_.path.resize(depth + section->levels.size(), 0);
+  modal_.begins_pattern = true;
   const Modal start = modal_;
   if (!run_kept(*section, start)) run_level(*section, start, section->levels.size(), frame_);
   if (is_first_walk() && !section->has_vision) check_tools_of_copies(*section, start);
@@ -94,6 +95,7 @@ void Interpreter::end_section(const RepeatSection& section) {
   if (!is_inner_section()) vision_.end_section(section.closing.line);
   modal_.at_mm.setZero();
   modal_.user = {AxisUser::Cleared, AxisUser::Cleared};
+  modal_.begins_pattern = false;
   modal_.has_hole = false;
   modal_.has_start = false;
   last_cycle_.reset();

@@ -140,6 +140,7 @@ void Interpreter::area(const Block& block, const Order& order) {
   if (!move_to(order)) {
     return report(Code::CoordinateMissing, block, quoted(block.text), "X#Y# of the area");
   }
+  modal_.reference = Reference::Area;
   const bool is_ignored = !steps_.empty() && !areas_in_copies_.value_or(true);
   if (!obeys_areas_ && !is_ignored && !std::exchange(warned_areas_, true)) {
     reporter_.report(Code::AreasAssumed,

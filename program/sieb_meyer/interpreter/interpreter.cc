@@ -257,24 +257,38 @@ void Interpreter::prepare(const Block& block, const Order& order) {
 /// coordinate. At the beginning of the program the last used absolute coordinate will be set to
 /// X0Y0"; the reference is set anew "at the end of a Step-and-Repeat pattern" (manual, G91).
 bool Interpreter::has_reference() const {
-  return modal_.reference == Reference::Coordinate ||
-         (modal_.reference == Reference::Section && modal_.incremental);
+  const bool is_of_section =
+      modal_.reference == Reference::Section || modal_.reference == Reference::Begin;
+  return modal_.reference == Reference::Coordinate || (is_of_section && modal_.incremental);
 }
 
-/// In contours "the last valid X-value and/or Y-value applies" (manual, G1 to G3). Behind offsets
-/// and calls the manual does not say which one is valid, so a line that depends on it is refused,
-/// as behind Excellon's M08. In M99 itself a coordinate left out is 0.
+std::string_view Interpreter::reference_text() const {
+  switch (modal_.reference) {
+    case Reference::Coordinate:
+      return "the last coordinate";
+    case Reference::Section:
+      return "before the offsets of a section";
+    case Reference::Begin:
+      return "before the section";
+    case Reference::Call:
+      return "before an M99";
+    case Reference::Area:
+      return "before an M56, M57 or M58";
+  }
+  return "";
+}
+
+/// In contours "the last valid X-value and/or Y-value applies" (manual, G1 to G3). Behind offsets,
+/// calls and areas, and where a section begins, the manual does not say which one is valid, so a
+/// line that depends on it is refused, as in Excellon. In M99 itself a coordinate left out is 0.
 bool Interpreter::has_axes(const Block& block, const Order& order) {
   if (!order.has_xy() || order.text == Command::Subprogram || has_reference()) return true;
   for (std::size_t axis = 0; axis < 2; ++axis) {
     if (order.xy_mm[axis] && !modal_.incremental) continue;
     report(Code::AxisAmbiguous,
            block,
-           fmt::format("{} takes {} from {}",
-                       quoted(block.text),
-                       axis == 0 ? 'X' : 'Y',
-                       modal_.reference == Reference::Section ? "before the offsets of a section"
-                                                              : "before an M99"),
+           fmt::format(
+               "{} takes {} from {}", quoted(block.text), axis == 0 ? 'X' : 'Y', reference_text()),
            "absolute X and Y in this line");
     return false;
   }

@@ -64,6 +64,8 @@ class Interpreter {
     Coordinate,  ///< or the program's begin: X0Y0
     Section,     ///< the offsets of a section: only G91 has a reference there, program zero
     Call,        ///< M99: whether its own, the subprogram's or the one before it, is open
+    Begin,       ///< none came since M31: that of before the section, or of the copy before
+    Area,        ///< M56 to M58: a place where nothing is worked
   };
 
   /// The state that every copy of a section starts with again.
@@ -202,6 +204,7 @@ class Interpreter {
   void move_or_measure(const Block& block, const Order& order);
   void call_or_write(const Block& block, const Order& order);
   bool has_reference() const;
+  std::string_view reference_text() const;
   bool has_axes(const Block& block, const Order& order);
   bool move_to(const Order& order);
   void end_program();

@@ -80,6 +80,7 @@ void Interpreter::run_section(int i_section) {
     trial_->is_repeated = true;
     emitter_.stop_executing();
   }
+  if (modal_.reference == Reference::Coordinate) modal_.reference = Reference::Begin;
   ++depth_;
   if (is_kept(section)) {
     run_kept(i_section);

@@ -119,6 +119,8 @@ Expected<ProbeFile> Probes::finish(const std::string& file, const ProbeFileOptio
                       fmt::format("probe {} has no zaxis {}", first.probe, *z_axis),
                       options.z_axis ? "the chosen one" : "that of the probes before it"});
     }
+    // A machine with one Z axis calls it 0, whichever spindle that is.
+    if (options.z_axis || readings.size() > 1 || *z_axis > 0) out.z_axis = z_axis;
     out.points.push_back({place, chosen->height, std::move(name), chosen->from});
   }
   return out;

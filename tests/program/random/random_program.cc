@@ -94,6 +94,8 @@ class BodyWriter {
 
   void section() {
     line("M25");
+    after_section_ = true;
+    has_hole_ = false;
     if (has_vision_) targets();
     for (int n = any(1, 5); n > 0; --n) motion();
     for (int levels = any(1, 3); levels > 0; --levels) {
@@ -112,7 +114,7 @@ class BodyWriter {
   std::string text_;
   bool incremental_ = false;
   bool needs_both_axes_ = false;  ///< a target came last
-  bool after_section_ = false;    ///< no axis is known but to G91
+  bool after_section_ = false;    ///< or at a pattern's begin: no axis is known but to G91
   bool has_hole_ = false;
 };
 

@@ -105,6 +105,24 @@ TEST(MapFile, OfFewProbesHasTheBendThatOneLeftOutMayShow) {
   EXPECT_EQ(there->sigma, before.map.height_at(points[4].place)->sigma);
 }
 
+/// What does not state it has no key, as maps of before.
+TEST(MapFile, KeepsWhoseHeightsTheyAre) {
+  StoredMap before = stored();
+  EXPECT_EQ(map_file_text(before).find("zaxis"), std::string::npos);
+  EXPECT_FALSE(again(map_file_text(before))->z_axis);
+  before.z_axis = 1;
+  const std::string text = map_file_text(before);
+  const auto after = again(text);
+  ASSERT_TRUE(after) << after.error().text();
+  EXPECT_EQ(after->z_axis, 1);
+  EXPECT_EQ(map_file_text(*after), text);
+  for (const char* axis : {"-1", "64", "0.5", "\"1\""}) {
+    std::string wrong = text;
+    wrong.replace(wrong.find("\"zaxis\": 1"), 10, std::string("\"zaxis\": ") + axis);
+    EXPECT_THAT(again(wrong), FailsWith(Code::MeasurementFile, "zaxis")) << axis;
+  }
+}
+
 TEST(MapFile, KnowsProbesThatCameFromNoFile) {
   StoredMap before = stored();
   before.points[3].from = {};

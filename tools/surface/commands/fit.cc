@@ -44,6 +44,7 @@ struct Probes {
   std::vector<ProbePoint> points;
   std::vector<MissingProbe> missing;
   std::vector<MapSource> sources;
+  std::optional<int> z_axis;  ///< as in StoredMap
 };
 
 Expected<Probes> read_all(const SurfaceOptions& options) {
@@ -56,6 +57,14 @@ Expected<Probes> read_all(const SurfaceOptions& options) {
   for (const std::string& file : options.files) {
     PANELCAL_TRY(const std::string bytes, read_file(file, kMaxProbeFileBytes));
     PANELCAL_TRY(ProbeFile read, parse_probe_file(bytes, file, reading));
+    if (read.z_axis && out.z_axis && *read.z_axis != *out.z_axis) {
+      return failure(
+          {Code::MeasurementFile,
+           {file, 0, 0},
+           fmt::format("probes of zaxis {}, behind those of zaxis {}", *read.z_axis, *out.z_axis),
+           "one Z axis a map: --zaxis"});
+    }
+    if (read.z_axis) out.z_axis = read.z_axis;
     std::ranges::move(read.points, std::back_inserter(out.points));
     std::ranges::move(read.missing, std::back_inserter(out.missing));
     out.sources.push_back({file, sha256(bytes)});
@@ -129,7 +138,8 @@ Expected<Answer> fit(const SurfaceOptions& options, CommandContext& context) {
   const MadeMap made = made_map({std::move(probes.points),
                                  *std::move(map),
                                  std::move(probes.sources),
-                                 std::string("panelcal ") + kVersion},
+                                 std::string("panelcal ") + kVersion,
+                                 probes.z_axis},
                                 std::move(probes.missing),
                                 options.output);
   const std::string text = map_file_text(made.stored);

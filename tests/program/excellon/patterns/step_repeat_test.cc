@@ -156,7 +156,7 @@ TEST(StepRepeat, ToolsInAPatternChangeInEveryCopy) {
 }
 
 TEST(StepRepeat, ACopyReadsOmittedAxesAsTheFirstPassDid) {
-  expect_places(holes_of("X03Y04\nM25\nX05\nY06\nM01\nM02X10\nM08\n"),
+  expect_places(holes_of("X03Y04\nM25\nX05Y04\nY06\nM01\nM02X10\nM08\n"),
                 {{3, 4}, {5, 4}, {5, 6}, {15, 4}, {15, 6}});
 }
 

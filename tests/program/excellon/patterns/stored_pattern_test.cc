@@ -105,6 +105,18 @@ TEST(StoredPattern, ManualTenPinsInAbsoluteMode) {
   expect_places(run_with(folder, "M99,TENPIN\nX01Y02\n"), ten_pins({1, 2}));
 }
 
+/// Where M99 leaves the machine the manual does not say: at its coordinate, at the pattern's end,
+/// or where it stood before both.
+TEST(StoredPattern, ACoordinateBehindItStatesBothAxes) {
+  PatternFolder folder;
+  folder.with("TENPIN", kTenPins);
+  const std::vector<std::string> refused{"p.exc:9:1: error[axis-ambiguous]"};
+  EXPECT_EQ(run_with(folder, "M99,TENPIN\nX01Y02\nX07\n").diagnostics, refused);
+  EXPECT_EQ(run_with(folder, "M99,TENPIN\nX01Y02\nY07\n").diagnostics, refused);
+  expect_places(run_with(folder, "M99,TENPIN\nX01Y02\nX07Y08\nX09\n"),
+                joined(ten_pins({1, 2}), {{7, 8}, {9, 8}}));
+}
+
 TEST(StoredPattern, ManualTenPinsInIncrementalModeWithTrailingZeros) {
   PatternFolder folder;
   folder.with("TENPIN", kTenPinsIncremental);

@@ -203,6 +203,28 @@ TEST(AxisAmbiguous, AnOmittedAxisAfterM08IsNotGuessed) {
             Texts{"p.exc:12:1: error[axis-ambiguous]"});
 }
 
+/// The manual says neither that a pattern's first line goes on from before it nor that a copy goes
+/// on from the end of the one before. G91 does: it "clears" at M08 alone.
+TEST(AxisAmbiguous, APatternTakesNoAxisFromBeforeIt) {
+  const Texts refused{"p.exc:10:1: error[axis-ambiguous]"};
+  const std::string end = "M01\nM02X10.Y0.\nM02\nM08\n";
+  EXPECT_EQ(diagnostics_of("X1.Y2.\nM25\nX3.\nX5.Y5.\n" + end), refused);
+  EXPECT_EQ(diagnostics_of("X1.Y2.\nM25\nY3.\n" + end), refused);
+  EXPECT_EQ(diagnostics_of("M25\nX3.\nX4.Y4.\n" + end), Texts{"p.exc:9:1: error[axis-ambiguous]"});
+  EXPECT_EQ(diagnostics_of("M25\nX3.Y3.\nX4.\nY5.\n" + end), Texts{});
+  EXPECT_EQ(diagnostics_of("X1.Y2.\nG91\nM25\nX3.\n" + end), Texts{});
+}
+
+/// Places of stops count from absolute zero, those of holes from work zero.
+TEST(AxisAmbiguous, AHoleTakesNoAxisFromBeforeAStopWithAPlace) {
+  for (const std::string stop : {"M06X5.Y5.\n", "M09X5.Y5.\n"}) {
+    const Texts refused{"p.exc:10:1: error[axis-ambiguous]"};
+    EXPECT_EQ(diagnostics_of("X1.Y1.\n" + stop + "X2.\n"), refused) << stop;
+    EXPECT_EQ(diagnostics_of("X1.Y1.\n" + stop + "X2.Y3.\nX4.\n"), Texts{}) << stop;
+  }
+  EXPECT_EQ(diagnostics_of("X1.Y1.\nM09\nX2.\n"), Texts{});
+}
+
 TEST(AxisAmbiguous, TargetsMayTakeAnAxisFromTargets) {
   FunctionSource source = test::shifted_by(0, 0);
   const ProgramRun run = run_program(program("G36X1.Y1.\nG36X9.\nG36Y9.\nX0.Y0.\n"), {}, source);

@@ -339,6 +339,31 @@ TEST(SiebMeyerAxes, AreKnownAgainBehindAWholeCoordinateAndUnderG91) {
   test::expect_places(test::hole_places(run_5000("X1.Y2.T1M31\nM30\nX5.\n")), {{1, 2}, {5, 2}});
 }
 
+/// The first copy would go on from before the section, the others perhaps from the one before.
+TEST(SiebMeyerAxes, LeftOutWhereASectionBeginsAreRefused) {
+  const std::string copies = "XYM50\nX10.YM50M30\n";
+  const auto refused = [](int line) {
+    return std::vector<std::string>{fmt::format("p.exc:{}:1: error[axis-ambiguous]", line)};
+  };
+  EXPECT_EQ(run_program(format_5000("X1.T1M31\n" + copies)).diagnostics, refused(2));
+  EXPECT_EQ(run_program(format_5000("X1.Y2.T1\nY3.M31\n" + copies)).diagnostics, refused(3));
+  EXPECT_EQ(run_program(format_5000("X1.Y2.T1\nM31\nX3.\n" + copies)).diagnostics, refused(4));
+  test::expect_places(test::hole_places(run_5000("X1.Y2.T1M31\nX3.\n" + copies)),
+                      {{1, 2}, {3, 2}, {11, 2}, {13, 2}});
+}
+
+/// A place where nothing is worked, and none that the machine goes to.
+TEST(SiebMeyerAxes, LeftOutBehindAnAreaAreRefused) {
+  for (const char* area : {"X1.Y1.M56", "X1.Y1.M57", "X1.Y1.M58D1."}) {
+    const std::string head = std::string("M49,PRGM,C\nX5.Y5.T1\n") + area + "\n";
+    EXPECT_EQ(run_program(format_5000(head + "X30.\n")).diagnostics,
+              std::vector<std::string>{"p.exc:5:1: error[axis-ambiguous]"})
+        << area;
+    test::expect_places(test::hole_places(run_5000(head + "X30.Y7.\nX40.\n")),
+                        {{5, 5}, {30, 7}, {40, 7}});
+  }
+}
+
 /// The last coordinate may be that of the call, of the subprogram or the one before both.
 TEST(SiebMeyerAxes, LeftOutBehindACallAreRefused) {
   SubprogramFolder folder;

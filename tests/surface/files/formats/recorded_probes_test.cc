@@ -49,6 +49,21 @@ TEST(RecordedProbes, DoesNotChooseAnAxisByItself) {
   EXPECT_THAT(read(kTwoAxes, {.z_axis = 2}), FailsWith(Code::MeasurementFile, "zaxis 2"));
 }
 
+/// A machine with one Z axis calls it 0, whichever of the machine's spindles that is.
+TEST(RecordedProbes, SaysWhoseHeightsTheyAre) {
+  const std::string head =
+      R"({"probe":0,"nominal":[1,2],"status":"found","height":1,"sigma":0.01,)";
+  const auto axis_of = [](const std::string& text, const ProbeFileOptions& options = {}) {
+    const auto found = read(text, options);
+    return found ? found->z_axis.value_or(-1) : -2;
+  };
+  EXPECT_EQ(axis_of(kTwoAxes, {.z_axis = 1}), 1);
+  EXPECT_EQ(axis_of(kTwoAxes, {.z_axis = 0}), 0);
+  EXPECT_EQ(axis_of(head + R"("zaxis":1})"), 1);
+  EXPECT_EQ(axis_of(head + R"("zaxis":0})"), -1);
+  EXPECT_EQ(axis_of(head + R"("zaxis":0})", {.z_axis = 0}), 0);
+}
+
 TEST(RecordedProbes, IsInMillimetersWithItsOwnSigma) {
   const auto found = read(kTwoAxes, {.sigma = mm(1), .unit = inch(1), .z_axis = 1});
   ASSERT_TRUE(found) << found.error().text();
