@@ -2,6 +2,7 @@
 #include "calib/base/interruption.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cerrno>
 #include <chrono>
@@ -18,11 +19,38 @@ namespace {
 
 std::atomic<int> seen_signal = 0;
 std::atomic<int> event_fd = -1;
-static_assert(std::atomic<int>::is_always_lock_free, "a signal handler may not wait");
+/// 0 where there is none. A program that finds no place here is halted all the same, but not by a
+/// second signal: no machine moves as many at once.
+std::array<std::atomic<pid_t>, 16> halted_groups{};
+static_assert(std::atomic<int>::is_always_lock_free && std::atomic<pid_t>::is_always_lock_free,
+              "a signal handler may not wait");
+
+/// True if there was one.
+bool end_halted_groups() {
+  bool is_any = false;
+  for (const std::atomic<pid_t>& group : halted_groups) {
+    const pid_t number = group;
+    if (number <= 0) continue;
+    is_any = true;
+    ::kill(-number, SIGKILL);
+  }
+  return is_any;
+}
+
+void end_by(int signal) {
+  std::signal(signal, SIG_DFL);
+  // Pending until this handler is left.
+  ::raise(signal);
+}
+
+extern "C" void end_all_at_once(int signal) {
+  end_halted_groups();
+  end_by(signal);
+}
 
 extern "C" void note_interruption(int signal) {
   const int error = errno;
-  seen_signal = signal;
+  if (seen_signal.exchange(signal) != 0 && !end_halted_groups()) end_by(signal);
   const std::uint64_t one = 1;
   // It cannot fail before 2^64 signals, and nothing could be done about it here.
   [[maybe_unused]] const ssize_t n = ::write(event_fd, &one, sizeof one);
@@ -49,10 +77,10 @@ void heed_interruptions() {
   event_fd = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
   if (event_fd < 0) return;
   struct sigaction action {};
-  action.sa_handler = note_interruption;
-  action.sa_flags = SA_RESETHAND | SA_RESTART;
+  action.sa_flags = SA_RESTART;
   sigemptyset(&action.sa_mask);
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT}) {
+    action.sa_handler = signal == SIGQUIT ? end_all_at_once : note_interruption;
     struct sigaction present {};
     // A signal that the caller ignores, as nohup does, stays ignored.
     if (sigaction(signal, nullptr, &present) == 0 && present.sa_handler == SIG_IGN) continue;
@@ -66,6 +94,20 @@ int interruption() {
 
 int interruption_fd() {
   return event_fd;
+}
+
+HaltedGroup::HaltedGroup(pid_t group) : group_(group) {
+  for (std::atomic<pid_t>& place : halted_groups) {
+    pid_t none = 0;
+    if (place.compare_exchange_strong(none, group_)) return;
+  }
+}
+
+HaltedGroup::~HaltedGroup() {
+  for (std::atomic<pid_t>& place : halted_groups) {
+    pid_t own = group_;
+    if (place.compare_exchange_strong(own, 0)) return;
+  }
 }
 
 Expected<void> check_interruption() {

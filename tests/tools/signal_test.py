@@ -27,6 +27,20 @@ signal.signal(signal.SIGHUP, signal.SIG_IGN)
 (here / "moves").write_text("")
 time.sleep(60)
 """
+# A shell neither passes signals on nor waits for what it runs once it is ended.
+WRAPPER = """#!/bin/sh
+./stage.py "$@"
+exit $?
+"""
+# It halts only when it is made to.
+STUBBORN = """#!/usr/bin/env python3
+import os, pathlib, signal, time
+for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+    signal.signal(number, signal.SIG_IGN)
+pathlib.Path("moves.part").write_text(str(os.getpid()))
+pathlib.Path("moves.part").rename("moves")
+time.sleep(60)
+"""
 # How long a test waits for what takes milliseconds.
 PATIENCE_S = 30
 
@@ -52,6 +66,65 @@ def interrupted(command, folder, number):
     assert time.monotonic() - began < 60, "the stage was waited for"
     assert (folder / "halted").exists(), f"the stage was not halted: {error}"
     return child.returncode, error
+
+
+def is_alive(process):
+    """Whether it runs; a zombie that waits for its parent does not."""
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rsplit(")", 1)[1].split()[0] not in "ZX"
+    except FileNotFoundError:
+        return False
+
+
+def write_stage(folder, wrapper, stage):
+    for name, text in (("wrapper.sh", wrapper), ("stage.py", stage)):
+        (folder / name).write_text(text)
+        (folder / name).chmod(0o755)
+
+
+def check_stubborn(command, folder, second):
+    """A stage that ignores signals, behind a wrapper, is ended; at once by a second signal."""
+    (folder / "moves").unlink(missing_ok=True)
+    child = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                             text=True)
+    wait_for(folder / "moves", child)
+    stage = int((folder / "moves").read_text())
+    assert is_alive(stage)
+    child.send_signal(signal.SIGTERM)
+    if second:
+        time.sleep(0.2)
+        child.send_signal(second)
+    _, error = child.communicate(timeout=PATIENCE_S)
+    assert not is_alive(stage), f"the stage moves on: {error}"
+    number = signal.SIGTERM if second != signal.SIGINT else signal.SIGINT
+    assert child.returncode == 128 + number, (child.returncode, error)
+    assert "error[interrupted]" in error, error
+
+
+def check_time_limit(panelcal, folder):
+    """Past command_limit_s what the wrapper runs is ended as well."""
+    (folder / "moves").unlink(missing_ok=True)
+    text = (folder / "machine.toml").read_text()
+    (folder / "limit.toml").write_text(
+        text.replace("[machine]\n", "[machine]\ncommand_limit_s = 3\n"))
+    done = subprocess.run([panelcal, "run", "panel.exc", "-m", "limit.toml", "--camera",
+                           "folder:images", "-o", "out.drl"], cwd=folder, capture_output=True,
+                          text=True, timeout=PATIENCE_S)
+    assert done.returncode == 3 and "did not end within 3 s" in done.stderr, done
+    assert not is_alive(int((folder / "moves").read_text())), "the stage moves on"
+
+
+def check_wrapper(panelcal, command, folder):
+    config = folder / "machine.toml"
+    config.write_text(config.read_text().replace("./stage.py", "./wrapper.sh"))
+    write_stage(folder, WRAPPER, STAGE)
+    for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+        code, error = interrupted(command, folder, number)
+        assert code == 128 + number, f"exit {code} after {number.name}: {error}"
+    write_stage(folder, WRAPPER, STUBBORN)
+    for second in (None, signal.SIGTERM, signal.SIGINT):
+        check_stubborn(command, folder, second)
+    check_time_limit(panelcal, folder)
 
 
 def prepare(folder, root):
@@ -106,6 +179,8 @@ def main():
             assert not list(folder.glob("*.part-*"))
         prepare_night(folder, root)
         check_night(panelcal, folder)
+        check_wrapper(panelcal, command, folder)
+        assert output.read_text() == "the old one\n"
 
 
 if __name__ == "__main__":

@@ -26,6 +26,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kMaxOutput = std::size_t{64} << 10;
 constexpr auto kGrace = std::chrono::seconds(1);
+constexpr int kLookAgain_ms = 5;
 /// The end of standard error that a message quotes.
 constexpr std::size_t kLastWords = 200;
 
@@ -74,18 +75,17 @@ std::optional<Pipe> make_pipe() {
   return Pipe{FileDescriptor(ends[0]), FileDescriptor(ends[1])};
 }
 
-/// A running program that is not left behind.
+/// A running program that is not left behind, nor what it runs in turn: a shell that wraps the
+/// program which moves the machine does not pass signals on.
 class Child {
  public:
-  Child(pid_t pid, FileDescriptor pidfd) : pid_(pid), pidfd_(std::move(pidfd)) {}
+  Child(pid_t pid, FileDescriptor pidfd) : pid_(pid), pidfd_(std::move(pidfd)) {
+    if (interruption_fd() >= 0) group_.emplace(pid);
+  }
   Child(const Child&) = delete;
   Child& operator=(const Child&) = delete;
   ~Child() {
-    if (pid_ <= 0) return;
-    kill(pid_, SIGTERM);
-    wait_for_end(Clock::now() + kGrace);
-    kill(pid_, SIGKILL);
-    reap();
+    if (!is_reaped_) halt();
   }
 
   int pidfd() const { return pidfd_.get(); }
@@ -95,22 +95,46 @@ class Child {
     int status = 0;
     while (waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
     }
-    pid_ = 0;
+    is_reaped_ = true;
     return status;
   }
 
+  /// Ends all of it: asked to, then made to.
+  void halt() {
+    const auto until = Clock::now() + kGrace;
+    const pid_t all = group_ ? -pid_ : pid_;
+    kill(all, SIGTERM);
+    if (!is_reaped_ && has_ended_by(until)) reap();
+    // The first one is gone; what it has run may still be halting the machine.
+    wait_for_the_rest(until);
+    if (group_ || !is_reaped_) kill(all, SIGKILL);
+    if (!is_reaped_) reap();
+    // What is killed needs a moment, too, until it is gone.
+    wait_for_the_rest(Clock::now() + kGrace);
+  }
+
  private:
-  void wait_for_end(Clock::time_point until) const {
+  bool has_ended_by(Clock::time_point until) const {
     for (auto left = until - Clock::now(); left > Clock::duration::zero();
          left = until - Clock::now()) {
       pollfd ended{.fd = pidfd_.get(), .events = POLLIN, .revents = 0};
       const auto ms = std::chrono::ceil<std::chrono::milliseconds>(left).count();
-      if (poll(&ended, 1, static_cast<int>(ms)) > 0) return;
+      if (poll(&ended, 1, static_cast<int>(ms)) > 0) return true;
+    }
+    return false;
+  }
+
+  /// Only of a group of its own: the others in the caller's have nothing to do with it.
+  void wait_for_the_rest(Clock::time_point until) const {
+    while (group_ && is_reaped_ && Clock::now() < until && kill(-pid_, 0) == 0) {
+      poll(nullptr, 0, kLookAgain_ms);
     }
   }
 
   pid_t pid_;
   FileDescriptor pidfd_;
+  std::optional<HaltedGroup> group_;  ///< its own, where signals are heeded
+  bool is_reaped_ = false;
 };
 
 /// The program's side of its surroundings: no input, output into our pipes, ordinary signals.
@@ -127,7 +151,14 @@ class SpawnSetup {
     posix_spawnattr_setsigmask(&attributes_, &signals);
     sigaddset(&signals, SIGPIPE);
     posix_spawnattr_setsigdefault(&attributes_, &signals);
-    posix_spawnattr_setflags(&attributes_, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
+    short flags = POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF;
+    // Where nothing heeds signals, Ctrl-C has to reach the program by itself. The child enters its
+    // group before it executes the program, and the parent goes on only then.
+    if (interruption_fd() >= 0) {
+      posix_spawnattr_setpgroup(&attributes_, 0);
+      flags |= POSIX_SPAWN_SETPGROUP;
+    }
+    posix_spawnattr_setflags(&attributes_, flags);
   }
   SpawnSetup(const SpawnSetup&) = delete;
   SpawnSetup& operator=(const SpawnSetup&) = delete;
@@ -192,6 +223,8 @@ std::optional<Ending> attend(Child& child, Pipe& out, Pipe& err, Clock::time_poi
     if (!has_ended && interruption() != 0) return std::nullopt;
     if (!has_ended) continue;
     ending.status = child.reap();
+    // A signal to all processes of a service ends the wrapper first.
+    if (interruption() != 0) child.halt();
     drain(out.read, ending.out, kMaxOutput + 1);
     drain(err.read, ending.err, kLastWords);
     return ending;
@@ -242,7 +275,7 @@ Expected<std::string> run_program(const std::vector<std::string>& words, Time li
                            "an end with code 0 when the order is carried out"));
   }
   if (ending->status != 0) {
-    // Ctrl-C reaches the program as well.
+    // A signal to all processes of a service reaches the program as well.
     PANELCAL_CHECK(check_interruption());
     return failure(problem(words, ending_text(*ending), "code 0"));
   }
