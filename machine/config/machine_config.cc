@@ -107,7 +107,11 @@ constexpr std::array<Words, 7> kNestedGateKeys = {"false_alarm",
 
 constexpr Range kGateShare{0, 1};
 constexpr Range kAboveZero{.low = 0, .low_is_open = true};
-constexpr Range kFromZero{.low = 0};
+/// A limit of 0 holds every panel: nothing measured is without error. More than a metre, half a
+/// turn or a tenth is no limit, but a wrong unit: "off" is one.
+constexpr Range kRotation_mrad{.low = 0, .high = 3142, .low_is_open = true};
+constexpr Range kStretch_ppm{.low = 0, .high = 1e5, .low_is_open = true};
+constexpr Range kOffset_mm{.low = 0, .high = internal::kMaxPlace_mm, .low_is_open = true};
 constexpr Range kFalseAlarm{.low = 0, .high = 0.5, .low_is_open = true};
 constexpr int kMaxSeries = 1000;
 
@@ -163,10 +167,11 @@ Expected<void> read_limit(const TomlTable& table,
 
 Expected<void> read_limits(const TomlTable& table, GateLimits& limits) {
   const auto mrad = [](double value) { return rad(value * 1e-3); };
-  PANELCAL_CHECK(read_limit(table, "residual_um", kFromZero, um, limits.residual));
-  PANELCAL_CHECK(read_limit(table, "rotation_mrad", kFromZero, mrad, limits.rotation));
-  PANELCAL_CHECK(read_limit(table, "stretch_ppm", kFromZero, std::identity(), limits.stretch_ppm));
-  PANELCAL_CHECK(read_limit(table, "offset_mm", kFromZero, mm, limits.offset));
+  PANELCAL_CHECK(read_limit(table, "residual_um", internal::kAboveZero_um, um, limits.residual));
+  PANELCAL_CHECK(read_limit(table, "rotation_mrad", kRotation_mrad, mrad, limits.rotation));
+  PANELCAL_CHECK(
+      read_limit(table, "stretch_ppm", kStretch_ppm, std::identity(), limits.stretch_ppm));
+  PANELCAL_CHECK(read_limit(table, "offset_mm", kOffset_mm, mm, limits.offset));
   PANELCAL_CHECK(
       read_limit(table, "false_alarm", kFalseAlarm, std::identity(), limits.false_alarm));
   PANELCAL_TRY(const auto mirror, table.text("mirror"));
