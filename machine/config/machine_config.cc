@@ -21,6 +21,7 @@
 #include "machine/config/sections/vision.h"
 #include "machine/config/sim/sim.h"
 #include "machine/config/toml/ranges.h"
+#include "machine/config/toml/required_keys.h"
 #include "machine/config/toml/toml_table.h"
 #include <fmt/format.h>
 
@@ -280,15 +281,7 @@ Expected<void> read_vision(const TomlTable& top, MachineConfig& config) {
   return {};
 }
 
-}  // namespace
-
-Expected<MachineConfig> parse_machine_config(std::string_view text,
-                                             const std::filesystem::path& file) {
-  const TomlSource source{file.string(), text};
-  PANELCAL_TRY(const toml::table document, internal::parse_toml(source));
-  PANELCAL_TRY(
-      const TomlTable top,
-      TomlTable::make(document, "machine.toml", document.source(), {kMachineFileKeys, {}}, source));
+Expected<MachineConfig> read_sections(const TomlTable& top, const std::filesystem::path& file) {
   MachineConfig config;
   config.file = file;
   PANELCAL_CHECK(read_machine(top, config));
@@ -310,6 +303,20 @@ Expected<MachineConfig> parse_machine_config(std::string_view text,
       config.sim,
       internal::read_sim_config(top, config.camera, config.walk.sieb_meyer.surface_height));
   return config;
+}
+
+}  // namespace
+
+Expected<MachineConfig> parse_machine_config(std::string_view text,
+                                             const std::filesystem::path& file) {
+  const TomlSource source{file.string(), text};
+  PANELCAL_TRY(const toml::table document, internal::parse_toml(source));
+  PANELCAL_TRY(
+      const TomlTable top,
+      TomlTable::make(document, "machine.toml", document.source(), {kMachineFileKeys, {}}, source));
+  Expected<MachineConfig> config = read_sections(top, file);
+  if (config) return config;
+  return failure(internal::with_all_missing_keys(std::move(config).error(), document, source));
 }
 
 Expected<MachineConfig> read_machine_config(const std::filesystem::path& file) {
