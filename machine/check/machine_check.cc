@@ -8,6 +8,9 @@
 #include "machine/calibrate/spindle/calibration.h"
 #include "machine/calibrate/spindle/coupon.h"
 #include "machine/check/calibration_ages.h"
+#include "machine/check/coupon_rules.h"
+#include "machine/check/file_rules.h"
+#include "machine/check/vision_rules.h"
 #include "machine/config/plate/plate.h"
 #include "machine/look/mark_sights.h"
 #include "machine/nightly/calibrations/night_calibrations.h"
@@ -72,13 +75,19 @@ void check_mark(const MachineConfig& config, const NightlyConfig& nightly, Diagn
 
 }  // namespace
 
-void check_machine(const MachineConfig& config, std::chrono::sys_seconds now, DiagnosticLog& log) {
+void check_machine(const MachineConfig& config,
+                   const StatedKeys& keys,
+                   std::chrono::sys_seconds now,
+                   DiagnosticLog& log) {
+  check_vision_rules(config, keys, log);
+  check_coupon_rules(config, keys, log);
   if (config.coupon && config.camera) check_coupon(config, *config.coupon, log);
   if (!config.nightly) return;
   check_mark(config, *config.nightly, log);
   for (const std::string& kind : config.nightly->calibrate) {
     check_calibration(config, *config.nightly, kind, log);
   }
+  check_file_rules(config, keys, log);
   check_calibration_ages(config, now, log);
 }
 

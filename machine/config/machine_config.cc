@@ -21,6 +21,7 @@
 #include "machine/config/sections/vision.h"
 #include "machine/config/sim/sim.h"
 #include "machine/config/toml/ranges.h"
+#include "machine/config/toml/required_keys.h"
 #include "machine/config/toml/toml_table.h"
 #include <fmt/format.h>
 
@@ -107,7 +108,11 @@ constexpr std::array<Words, 7> kNestedGateKeys = {"false_alarm",
 
 constexpr Range kGateShare{0, 1};
 constexpr Range kAboveZero{.low = 0, .low_is_open = true};
-constexpr Range kFromZero{.low = 0};
+/// A limit of 0 holds every panel: nothing measured is without error. More than a metre, half a
+/// turn or a tenth is no limit, but a wrong unit: "off" is one.
+constexpr Range kRotation_mrad{.low = 0, .high = 3142, .low_is_open = true};
+constexpr Range kStretch_ppm{.low = 0, .high = 1e5, .low_is_open = true};
+constexpr Range kOffset_mm{.low = 0, .high = internal::kMaxPlace_mm, .low_is_open = true};
 constexpr Range kFalseAlarm{.low = 0, .high = 0.5, .low_is_open = true};
 constexpr int kMaxSeries = 1000;
 
@@ -163,10 +168,11 @@ Expected<void> read_limit(const TomlTable& table,
 
 Expected<void> read_limits(const TomlTable& table, GateLimits& limits) {
   const auto mrad = [](double value) { return rad(value * 1e-3); };
-  PANELCAL_CHECK(read_limit(table, "residual_um", kFromZero, um, limits.residual));
-  PANELCAL_CHECK(read_limit(table, "rotation_mrad", kFromZero, mrad, limits.rotation));
-  PANELCAL_CHECK(read_limit(table, "stretch_ppm", kFromZero, std::identity(), limits.stretch_ppm));
-  PANELCAL_CHECK(read_limit(table, "offset_mm", kFromZero, mm, limits.offset));
+  PANELCAL_CHECK(read_limit(table, "residual_um", internal::kAboveZero_um, um, limits.residual));
+  PANELCAL_CHECK(read_limit(table, "rotation_mrad", kRotation_mrad, mrad, limits.rotation));
+  PANELCAL_CHECK(
+      read_limit(table, "stretch_ppm", kStretch_ppm, std::identity(), limits.stretch_ppm));
+  PANELCAL_CHECK(read_limit(table, "offset_mm", kOffset_mm, mm, limits.offset));
   PANELCAL_CHECK(
       read_limit(table, "false_alarm", kFalseAlarm, std::identity(), limits.false_alarm));
   PANELCAL_TRY(const auto mirror, table.text("mirror"));
@@ -275,15 +281,7 @@ Expected<void> read_vision(const TomlTable& top, MachineConfig& config) {
   return {};
 }
 
-}  // namespace
-
-Expected<MachineConfig> parse_machine_config(std::string_view text,
-                                             const std::filesystem::path& file) {
-  const TomlSource source{file.string(), text};
-  PANELCAL_TRY(const toml::table document, internal::parse_toml(source));
-  PANELCAL_TRY(
-      const TomlTable top,
-      TomlTable::make(document, "machine.toml", document.source(), {kMachineFileKeys, {}}, source));
+Expected<MachineConfig> read_sections(const TomlTable& top, const std::filesystem::path& file) {
   MachineConfig config;
   config.file = file;
   PANELCAL_CHECK(read_machine(top, config));
@@ -305,6 +303,20 @@ Expected<MachineConfig> parse_machine_config(std::string_view text,
       config.sim,
       internal::read_sim_config(top, config.camera, config.walk.sieb_meyer.surface_height));
   return config;
+}
+
+}  // namespace
+
+Expected<MachineConfig> parse_machine_config(std::string_view text,
+                                             const std::filesystem::path& file) {
+  const TomlSource source{file.string(), text};
+  PANELCAL_TRY(const toml::table document, internal::parse_toml(source));
+  PANELCAL_TRY(
+      const TomlTable top,
+      TomlTable::make(document, "machine.toml", document.source(), {kMachineFileKeys, {}}, source));
+  Expected<MachineConfig> config = read_sections(top, file);
+  if (config) return config;
+  return failure(internal::with_all_missing_keys(std::move(config).error(), document, source));
 }
 
 Expected<MachineConfig> read_machine_config(const std::filesystem::path& file) {

@@ -25,7 +25,7 @@ size_mm = 0.6
 number = 3
 shape = "template"
 picture = "template.png"
-size_mm = 4.8
+size_mm = 2.4
 [camera]
 calibration = "camera.cal.json"
 [spindle]

@@ -5,6 +5,7 @@
 
 #include "calib/base/clock.h"
 #include "machine/check/machine_check.h"
+#include "machine/check/vision_rules.h"
 #include "machine/config/machine_config.h"
 #include "machine/job/checked_program.h"
 #include "machine/job/walk_terms.h"
@@ -129,8 +130,10 @@ ExitCode run_command(const CheckOptions& options, CommandContext& context) {
                            .reading = options.reading,
                            .command = "panelcal check"};
   if (const auto set = set_walk_terms(terms, config); !set) return fail(set.error());
+  const StatedKeys keys = StatedKeys::of_file(options.machine);
   if (!options.machine.empty()) {
-    check_machine(config, stated_or(options.clock, now), of_machine);
+    check_machine(config, keys, stated_or(options.clock, now), of_machine);
+    if (options.program.empty()) check_stated_series(config, keys, of_machine);
   }
   WalkOptions& walk = config.walk;
   std::string result;
@@ -140,7 +143,10 @@ ExitCode run_command(const CheckOptions& options, CommandContext& context) {
     Passing passing(config.travel);
     Survey survey;
     if (program) survey = check_job(*program, walk, passing, log);
-    if (program && !options.machine.empty()) check_targets(config, *program, survey, log);
+    if (program && !options.machine.empty()) {
+      check_targets(config, *program, survey, log);
+      check_dropped_targets(config, keys, survey, of_machine);
+    }
     for (const Diagnostic& diagnostic : of_machine.kept()) log.add(diagnostic);
     context.console.print(log);
     if (log.has_errors()) {

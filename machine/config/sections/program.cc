@@ -247,8 +247,9 @@ Expected<void> read_program_config(const TomlTable& top, MachineConfig& config) 
   for (const TomlTable& table : rows) {
     PANELCAL_TRY(Tool row, read_diameter(table));
     for (const Tool& other : config.reading.diameter_page) {
-      if (other.diameter == row.diameter) {
-        return failure(table.problem("diameter_mm", "each diameter once", "another row has it"));
+      if (is_same_drill(*other.diameter, *row.diameter)) {
+        return failure(table.problem(
+            "diameter_mm", "each diameter once", "another row has it, within 0.5 um"));
       }
     }
     config.reading.diameter_page.push_back(row);

@@ -227,6 +227,18 @@ TEST(MachineConfig, RefusesNumbersOutsideTheirRange) {
   EXPECT_EQ(refusal("[vision]\nmodel = \"elastic\"\n"), "machine.toml:2:9: error[config-value]");
 }
 
+/// A limit of 0 holds every panel; one that no panel breaks is `"off"`.
+TEST(MachineConfig, RefusesGatesThatNothingKeepsOrBreaks) {
+  EXPECT_EQ(refusal("[gates]\nresidual_um = 0\n"), "machine.toml:2:15: error[config-value]");
+  EXPECT_EQ(refusal("[gates]\nresidual_um = 1000001\n"), "machine.toml:2:15: error[config-value]");
+  EXPECT_EQ(refusal("[gates]\nrotation_mrad = 0\n"), "machine.toml:2:17: error[config-value]");
+  EXPECT_EQ(refusal("[gates]\nrotation_mrad = 3143\n"), "machine.toml:2:17: error[config-value]");
+  EXPECT_EQ(refusal("[gates]\nstretch_ppm = 0\n"), "machine.toml:2:15: error[config-value]");
+  EXPECT_EQ(refusal("[gates]\nstretch_ppm = 1e9\n"), "machine.toml:2:15: error[config-value]");
+  EXPECT_EQ(refusal("[gates]\noffset_mm = 0\n"), "machine.toml:2:13: error[config-value]");
+  EXPECT_TRUE(parse("[gates]\nresidual_um = 1e6\nstretch_ppm = 1e5\nrotation_mrad = 3142\n"));
+}
+
 TEST(MachineConfig, InspectionsHoldUntilAProgramSaysOtherwise) {
   const auto config = parse("[vision]\ninspections = 4\n");
   ASSERT_TRUE(config) << config.error().text();

@@ -236,6 +236,17 @@ diameter_mm = 3.2
   EXPECT_EQ(page[1], (Tool{.diameter = mm(3.2)}));
 }
 
+/// C# takes a row within 0.5 um: of two such rows, one would never count.
+TEST(ProgramConfig, ADiameterHasOneRowOfTheDiameterPage) {
+  const auto page = [](std::string_view other) {
+    return "[[diameter_page]]\ndiameter_mm = 0.8\n[[diameter_page]]\ndiameter_mm = " +
+           std::string(other) + "\n";
+  };
+  EXPECT_EQ(refusal(page("0.8002")), "shop/machine.toml:4:15: error[config-value]");
+  EXPECT_EQ(refusal(page("0.7996")), "shop/machine.toml:4:15: error[config-value]");
+  EXPECT_TRUE(parse(page("0.8006")));
+}
+
 TEST(ProgramConfig, ADiameterPageRowNeedsItsDiameter) {
   EXPECT_EQ(refusal("[[diameter_page]]\nmax_hits = 3\n"),
             "shop/machine.toml:1:1: error[config-value]");
