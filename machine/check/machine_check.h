@@ -18,10 +18,11 @@ namespace panelcal {
 ///   [nightly] mark_mm   the mark can be seen within travel; its vision tool is defined
 ///   [nightly] calibrate everything that each calibration needs is there; the rectangle of
 ///                       [nightly.surface] and the dots of the plate are within travel
-///
+///   [ledger], [nightly] the ledger has every entry that calibrations and reports note
 ///   [nightly.drift]     the calibrations in force are not older than trusted_days (a warning)
 ///
-/// Nothing is driven, and no file is written; the coupon's state and the plate's file are read.
+/// Nothing is driven, and no file is written; the coupon's state, the plate's file, the
+/// ledger and the reports are read.
 ///
 /// Out    log: every problem, each where machine.toml has its cause
 /// See    tests/golden/config/day-0-machine.case and its kin
