@@ -20,9 +20,11 @@ namespace panelcal {
 ///   [nightly] calibrate everything that each calibration needs is there; the rectangle of
 ///                       [nightly.surface] and the dots of the plate are within travel
 ///   keys together       as check_vision_rules(), check_coupon_rules() and check_file_rules() say
+///   [ledger], [nightly] the ledger has every entry that calibrations and reports note
 ///   [nightly.drift]     the calibrations in force are not older than trusted_days (a warning)
 ///
-/// Nothing is driven, and no file is written; the coupon's state and the plate's file are read.
+/// Nothing is driven, and no file is written; the coupon's state, the plate's file, the
+/// ledger and the reports are read.
 ///
 /// In     keys: those of config.file
 /// Out    log: every problem, each where machine.toml has its cause

@@ -21,6 +21,7 @@
 #include "machine/nightly/record/night_history.h"
 #include "machine/nightly/record/night_ledger.h"
 #include "machine/nightly/record/night_lock.h"
+#include "machine/nightly/record/noted_heads.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -57,8 +58,7 @@ class Night {
     }
     note_cut_off(own ? *own : *job_.lock);
     PANELCAL_TRY(Ledger ledger,
-                 open_night_ledger(
-                     job_.config.ledger_file, job_.clock, record_.machine, words(), record_.notes));
+                 open_night_ledger(files(), job_.clock, record_.machine, words(), record_.notes));
     PANELCAL_CHECK(check_clock(ledger));
     PANELCAL_CHECK(note_lost(ledger));
     repair(ledger);
@@ -117,6 +117,8 @@ class Night {
       record_.notes.push_back("the temperature is not known: " + read.error().what);
     }
   }
+
+  NightFiles files() const { return night_files_of(job_.config, job_.nightly); }
 
   NightWords words() const {
     return {job_.clock(), job_.asked_by, job_.software, record_.temperature_c};
@@ -184,8 +186,9 @@ class Night {
 
   static std::string past_the_ledger(const NightCalibration& calibration, const std::string& what) {
     return fmt::format(
-        "{}: {} is not in the ledger: move it away, and the next run writes the file again from "
-        "the ledger; or, to keep it, calibrate again with --install",
+        "{}: {} is not in the ledger: if the ledger is an older copy, put the newest back; else "
+        "move the file away, and the next run writes it again from the ledger; or, to keep it, "
+        "calibrate again with --install",
         quoted(calibration.file().string(), 200),
         what);
   }
@@ -372,7 +375,9 @@ class Night {
     if (std::filesystem::exists(job_.config.ledger_file, ignored)) {
       PANELCAL_TRY(ledger, Ledger::open_to_read(job_.config.ledger_file));
       PANELCAL_TRY(record_.head, ledger->verify());
+      PANELCAL_CHECK(check_noted_heads(files(), &*ledger));
     } else {
+      PANELCAL_CHECK(check_noted_heads(files(), nullptr));
       record_.notes.emplace_back("there is no ledger yet: it would be begun");
     }
     for (const NightCalibration* calibration : calibrations_) {

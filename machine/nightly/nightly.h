@@ -33,8 +33,8 @@ namespace panelcal {
 /// person marks a fresh start (night_history.h). A dry run moves nothing and writes nothing.
 ///
 /// Fails  config-value (no [ledger] file; what a calibration needs is missing): exit 2;
-///        ledger-busy (another run), what the ledger reports: exit 3. What fails later is in the
-///        record.
+///        ledger-busy (another run), ledger-cut-off (it lacks entries that calibrations and reports
+///        note: nothing moves), what the ledger reports: exit 3. What fails later is in the record.
 /// See    tests/machine/nightly
 Expected<NightRecord> run_nightly(const NightJob& job);
 

@@ -7,12 +7,10 @@
 #include <vector>
 
 #include "calib/base/amount.h"
-#include "calib/base/files/atomic_file.h"
-#include "calib/base/files/digest.h"
 #include "machine/nightly/record/night_files.h"
+#include "machine/nightly/record/noted_heads.h"
 #include "tools/cli/output_paths.h"
 #include "tools/cli/provenance.h"
-#include "tools/history/noted_heads.h"
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
@@ -21,8 +19,6 @@ namespace panelcal::history {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::size_t kMaxNotingBytes = std::size_t{1} << 28;
 
 /// Of machine.toml those that are there; of the command line all, which have to be.
 Expected<std::vector<fs::path>> named_files(const HistoryOptions& options) {
@@ -36,25 +32,7 @@ Expected<std::vector<fs::path>> named_files(const HistoryOptions& options) {
   return files;
 }
 
-struct Held {
-  std::vector<NotedFile> noted;
-  std::size_t n_without = 0;  ///< files that note no head
-};
-
-Expected<Held> read_noting_files(const std::vector<fs::path>& files) {
-  Held held;
-  for (const fs::path& file : files) {
-    PANELCAL_TRY(const std::string bytes, read_file(file, kMaxNotingBytes));
-    if (const auto head = head_in(bytes)) {
-      held.noted.push_back({file, *head, sha256(bytes)});
-    } else {
-      ++held.n_without;
-    }
-  }
-  return held;
-}
-
-std::string verify_json(const LedgerHead& head, const Held& held) {
+std::string verify_json(const LedgerHead& head, const NotingFiles& held) {
   nlohmann::ordered_json json = {{"entries", head.id}, {"head", head.hash}};
   json["held_against"] = nlohmann::ordered_json::array();
   for (const NotedFile& file : held.noted) {
@@ -64,7 +42,7 @@ std::string verify_json(const LedgerHead& head, const Held& held) {
   return json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
-std::string verify_text(const LedgerHead& head, const Held& held) {
+std::string verify_text(const LedgerHead& head, const NotingFiles& held) {
   std::string text = fmt::format("{} entries, undamaged; head {}\n", head.id, head.hash);
   if (!held.noted.empty()) {
     const auto newest = std::ranges::max_element(
@@ -90,7 +68,7 @@ Expected<std::string> verify_answer(const HistoryOptions& options,
   }
   PANELCAL_CHECK(check_outputs(context.options, context.files));
   PANELCAL_TRY(const LedgerHead head, ledger.verify());
-  PANELCAL_TRY(const Held held, read_noting_files(files));
+  PANELCAL_TRY(const NotingFiles held, read_noting_files(files));
   PANELCAL_TRY(const std::vector<std::string> missing, missing_entries(ledger, held.noted));
   if (!missing.empty()) {
     return failure({Code::LedgerCutOff,

@@ -16,6 +16,7 @@
 #include "machine/calibrate/camera/run.h"
 #include "machine/calibrate/table/run.h"
 #include "machine/config/machine_config.h"
+#include "machine/config/settings/nightly_options.h"
 #include "machine/config/toml/toml_table.h"
 #include <fmt/format.h>
 
@@ -85,6 +86,21 @@ std::vector<path> NightFiles::that_note_the_head() const {
   std::ranges::sort(all);
   all.erase(std::ranges::unique(all).begin(), all.end());
   return all;
+}
+
+NightFiles night_files_of(const MachineConfig& config, const NightlyConfig& nightly) {
+  NightFiles files;
+  files.machine = config.name;
+  files.ledger = config.ledger_file;
+  files.reports = nightly.reports;
+  files.camera = config.camera_file;
+  files.zooms = config.zoom_files;
+  files.spindle = config.spindle_setting.file;
+  files.table = config.table_file;
+  files.night_table = nightly.table.file;
+  files.surface = nightly.surface.file;
+  files.noon_utc_h = nightly.noon_utc_h;
+  return files;
 }
 
 Expected<NightFiles> find_night_files(const path& machine_toml) {

@@ -10,6 +10,9 @@
 
 namespace panelcal {
 
+struct MachineConfig;
+struct NightlyConfig;
+
 /// Paths of a night's files, as far as machine.toml states them; a path that it does not state is
 /// empty. The rest of machine.toml may be wrong: this is for a night that has to say so.
 struct NightFiles {
@@ -29,6 +32,9 @@ struct NightFiles {
   /// Those that note the ledger's head: calibrations, and the folder of reports. Each once.
   std::vector<std::filesystem::path> that_note_the_head() const;
 };
+
+/// The same of a machine.toml that is valid.
+NightFiles night_files_of(const MachineConfig& config, const NightlyConfig& nightly);
 
 /// Fails  file-unreadable; toml-syntax
 Expected<NightFiles> find_night_files(const std::filesystem::path& machine_toml);

@@ -43,6 +43,13 @@ Expected<std::vector<LedgerEntry>> newest(const Ledger& ledger, const LedgerKey&
   return ledger.list(filter);
 }
 
+Expected<std::vector<LedgerEntry>> begun_anew_of_all(const Ledger& ledger) {
+  LedgerFilter filter;
+  filter.kind = LedgerKind::Night;
+  filter.subject = std::string(kBegunAnew);
+  return ledger.list(filter);
+}
+
 std::string history_json_text(const nlohmann::ordered_json& document) {
   // Text that is no UTF-8 must not throw.
   return document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
@@ -394,15 +401,37 @@ Expected<LedgerEntry> mark_fresh_start(Ledger& ledger,
 
 LedgerDraft begun_anew_draft(const std::string& machine,
                              const std::filesystem::path& kept,
-                             const NightWords& words) {
+                             const NightWords& words,
+                             const std::vector<std::string>& given_up) {
   LedgerDraft draft;
   draft.record.key = {machine, LedgerKind::Night, std::string(kBegunAnew)};
   draft.record.reason = "the ledger before this one is damaged";
   draft.record.asked_by = words.asked_by;
   draft.record.software = words.software;
-  draft.result =
-      history_json_text({{"kind", "begun-anew"}, {"version", 1}, {"kept_aside", kept.string()}});
+  draft.result = history_json_text({{"kind", "begun-anew"},
+                                    {"version", 1},
+                                    {"kept_aside", kept.string()},
+                                    {"given_up", given_up}});
   return draft;
+}
+
+Expected<bool> was_begun_anew(const Ledger& ledger) {
+  PANELCAL_TRY(const std::vector<LedgerEntry> entries, begun_anew_of_all(ledger));
+  return !entries.empty();
+}
+
+Expected<std::set<std::string>> given_up_hashes(const Ledger& ledger) {
+  PANELCAL_TRY(const std::vector<LedgerEntry> entries, begun_anew_of_all(ledger));
+  std::set<std::string> hashes;
+  for (const LedgerEntry& entry : entries) {
+    PANELCAL_TRY(const std::string result, ledger.result(entry.id));
+    const Expected<nlohmann::json> document = internal::parse_strict_json(result, "");
+    if (!document || !document->is_object() || !document->contains("given_up")) continue;
+    for (const nlohmann::json& hash : (*document)["given_up"]) {
+      if (hash.is_string()) hashes.insert(hash.get<std::string>());
+    }
+  }
+  return hashes;
 }
 
 }  // namespace panelcal

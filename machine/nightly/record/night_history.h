@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -117,8 +118,19 @@ Expected<LedgerEntry> mark_fresh_start(Ledger& ledger,
                                        const FreshStart& words);
 
 /// Notes that the ledger before was damaged and lies at `kept`.
+///
+/// In     given_up: hashes of that ledger's entries that files of the machine note
 LedgerDraft begun_anew_draft(const std::string& machine,
                              const std::filesystem::path& kept,
-                             const NightWords& words);
+                             const NightWords& words,
+                             const std::vector<std::string>& given_up = {});
+/// True if any machine has begun this ledger in place of a damaged one.
+///
+/// Fails  what the ledger reports
+Expected<bool> was_begun_anew(const Ledger& ledger);
+/// Those of all machines of a ledger.
+///
+/// Fails  what the ledger reports
+Expected<std::set<std::string>> given_up_hashes(const Ledger& ledger);
 
 }  // namespace panelcal

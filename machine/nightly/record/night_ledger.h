@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -9,15 +8,17 @@
 #include "calib/base/expected.h"
 #include "calib/ledger/ledger.h"
 #include "machine/nightly/record/night_calibration.h"
+#include "machine/nightly/record/night_files.h"
 
 namespace panelcal {
 
-/// Opens the ledger of a night and checks all of it. A damaged one is kept aside and a new one
+/// Opens the ledger of a night, checks all of it, and holds it against the files that note its head
+/// (check_noted_heads). A damaged one is kept aside and a new one
 /// begun; that this was so is the first entry of the machine in the new one, and in `notes`.
 ///
-/// Fails  what the ledger reports; device-write
+/// Fails  ledger-cut-off; what the ledger reports; device-write
 /// See    tests/machine/nightly/nightly_test.cc
-Expected<Ledger> open_night_ledger(const std::filesystem::path& file,
+Expected<Ledger> open_night_ledger(const NightFiles& files,
                                    const Clock& clock,
                                    const std::string& machine,
                                    const NightWords& words,

@@ -1,17 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/history/noted_heads.h"
+#include "machine/nightly/record/noted_heads.h"
 
 #include <algorithm>
 #include <charconv>
 #include <cstdint>
 #include <map>
+#include <set>
 #include <system_error>
 #include <utility>
 
+#include "calib/base/amount.h"
+#include "calib/base/files/atomic_file.h"
+#include "calib/base/files/digest.h"
 #include "calib/base/json/strict_json.h"
+#include "machine/nightly/record/night_history.h"
 #include <fmt/format.h>
 
-namespace panelcal::history {
+namespace panelcal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -55,6 +60,25 @@ Diagnostic cannot_hold_against(const fs::path& file, const std::error_code& erro
           "a file or a folder"};
 }
 
+constexpr std::size_t kMaxNotingBytes = std::size_t{1} << 28;
+
+/// Of the files that machine.toml names: what is not there, or a calibration that cannot be read,
+/// notes nothing.
+Expected<NotingFiles> noting_files_of(const NightFiles& files) {
+  NotingFiles all;
+  for (const fs::path& file : files.that_note_the_head()) {
+    std::error_code ignored;
+    if (!fs::exists(file, ignored)) continue;
+    PANELCAL_TRY(const std::vector<fs::path> below, files_below({file}));
+    Expected<NotingFiles> noting = read_noting_files(below);
+    if (!noting && file != files.reports) continue;
+    if (!noting) return failure(noting.error());
+    std::ranges::move(noting->noted, std::back_inserter(all.noted));
+    all.n_without += noting->n_without;
+  }
+  return all;
+}
+
 std::string short_hash(const std::string& hash) {
   constexpr std::size_t kShown = 12;
   return hash.substr(0, kShown) + "...";
@@ -71,6 +95,12 @@ std::optional<NotedHead> head_in(std::string_view text) {
   if (const auto head = head_of_night(*document)) return head;
   const auto head = internal::take_noted_head(*document, "");
   return head ? *head : std::nullopt;
+}
+
+bool is_record_with_head(std::string_view text) {
+  if (head_in_page(text)) return true;
+  const auto document = internal::parse_strict_json(text, "");
+  return document && head_of_night(*document);
 }
 
 Expected<std::vector<fs::path>> files_below(const std::vector<fs::path>& files) {
@@ -94,6 +124,19 @@ Expected<std::vector<fs::path>> files_below(const std::vector<fs::path>& files) 
   return all;
 }
 
+Expected<NotingFiles> read_noting_files(const std::vector<fs::path>& files) {
+  NotingFiles noting;
+  for (const fs::path& file : files) {
+    PANELCAL_TRY(const std::string bytes, read_file(file, kMaxNotingBytes));
+    if (const auto head = head_in(bytes)) {
+      noting.noted.push_back({file, *head, sha256(bytes)});
+    } else {
+      ++noting.n_without;
+    }
+  }
+  return noting;
+}
+
 Expected<std::vector<std::string>> missing_entries(const Ledger& ledger,
                                                    const std::vector<NotedFile>& files) {
   struct Known {
@@ -107,9 +150,11 @@ Expected<std::vector<std::string>> missing_entries(const Ledger& ledger,
     newest_of_result[entry.result_sha256] = entry.id;
     return {};
   }));
+  PANELCAL_TRY(const std::set<std::string> given_up, given_up_hashes(ledger));
   const std::int64_t newest = entries.empty() ? 0 : entries.rbegin()->first;
   std::vector<std::string> missing;
   for (const auto& [file, head, digest] : files) {
+    if (given_up.contains(head.hash)) continue;
     const std::string name = quoted(file.string(), 200);
     const auto entry = entries.find(head.id);
     if (head.id > newest) {
@@ -131,4 +176,43 @@ Expected<std::vector<std::string>> missing_entries(const Ledger& ledger,
   return missing;
 }
 
-}  // namespace panelcal::history
+/// No entry at all is missing from no ledger; each noted entry is from one that is gone.
+Expected<std::vector<std::string>> missing_without_ledger(const std::vector<NotedFile>& files) {
+  std::vector<std::string> missing;
+  for (const NotedFile& file : files) {
+    if (file.head.id == 0) continue;
+    missing.push_back(fmt::format("{} notes entry {}, and there is no ledger",
+                                  quoted(file.file.string(), 200),
+                                  file.head.id));
+  }
+  return missing;
+}
+
+Expected<void> check_noted_heads(const NightFiles& files, const Ledger* ledger) {
+  PANELCAL_TRY(NotingFiles noting, noting_files_of(files));
+  for (NotedFile& file : noting.noted) file.head.use = NotedHead::Use::Head;
+  PANELCAL_TRY(const std::vector<std::string> missing,
+               ledger != nullptr ? missing_entries(*ledger, noting.noted)
+                                 : missing_without_ledger(noting.noted));
+  if (missing.empty()) return {};
+  std::string what = missing.back();
+  if (missing.size() > 1) what += fmt::format(" (and {} more)", amount(missing.size() - 1, "file"));
+  return failure(
+      {Code::LedgerCutOff,
+       {files.ledger.string(), 0, 0},
+       std::move(what),
+       "the newest copy of the ledger; to begin a new ledger instead, lay a new coupon on "
+       "the table, write its name into [coupon] name, move the reports to another folder, "
+       "and delete \"ledger\" from calibration files that you keep"});
+}
+
+Expected<std::vector<std::string>> noted_hashes(const NightFiles& files) {
+  PANELCAL_TRY(const NotingFiles noting, noting_files_of(files));
+  std::set<std::string> hashes;
+  for (const NotedFile& file : noting.noted) {
+    if (!file.head.hash.empty()) hashes.insert(file.head.hash);
+  }
+  return std::vector<std::string>(hashes.begin(), hashes.end());
+}
+
+}  // namespace panelcal

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/history/noted_heads.h"
+#include "machine/nightly/record/noted_heads.h"
 
 #include <cstdlib>
 #include <filesystem>
@@ -10,11 +10,12 @@
 #include "calib/base/clock.h"
 #include "calib/base/files/atomic_file.h"
 #include "calib/base/files/digest.h"
+#include "machine/nightly/record/night_history.h"
 #include <gmock/gmock.h>
 
 #include "tests/support/matchers.h"
 
-namespace panelcal::history {
+namespace panelcal {
 namespace {
 
 using internal::NotedHead;
@@ -120,6 +121,37 @@ TEST_F(NotedHeads, OfACalibrationWithoutItsEntryAreMissing) {
               testing::SizeIs(1));
 }
 
+/// A damaged ledger was kept aside: what its machine's files noted then is of no ledger that is
+/// used.
+TEST_F(NotedHeads, OfALedgerThatWasDamagedAreGivenUp) {
+  const NightWords words = {*from_iso_8601("2026-11-21T02:00:00Z"), "timer", "test", {}};
+  ASSERT_TRUE(ledger_.append(begun_anew_draft("drill 1", "old.ledger", words, {kHash})));
+  EXPECT_THAT(missing({NotedHead::Use::Head, 9, kHash}), IsEmpty());
+  EXPECT_THAT(missing({NotedHead::Use::RecordedAfter, 1, kHash}), IsEmpty());
+  EXPECT_THAT(missing({NotedHead::Use::Head, 9, std::string(64, 'c')}), testing::SizeIs(1));
+}
+
+TEST_F(NotedHeads, AreLookedForInWhatMachineTomlNames) {
+  NightFiles files;
+  files.ledger = folder_.path() / "a.ledger";
+  files.spindle = folder_.path() / "spindle.cal.json";
+  files.reports = folder_.path() / "reports";
+  EXPECT_TRUE(check_noted_heads(files, &ledger_)) << "files that are not there yet note nothing";
+  const LedgerEntry entry = append("{\"a\": 1}");
+  const std::string note =
+      "{\"ledger\": {\"recorded_after\": 1, \"hash\": \"" + entry.hash + "\"}}";
+  ASSERT_TRUE(write_file(files.spindle, note));
+  EXPECT_TRUE(check_noted_heads(files, &ledger_)) << "whether a person made it is asked elsewhere";
+  EXPECT_THAT(check_noted_heads(files, nullptr),
+              FailsWith(Code::LedgerCutOff, "notes entry 1, and there is no ledger"));
+  std::filesystem::create_directories(files.reports);
+  ASSERT_TRUE(write_file(files.reports / "2026-11-21.json",
+                         "{\"ledger_head\": {\"id\": 2, \"hash\": \"" + kHash + "\"}}"));
+  EXPECT_THAT(check_noted_heads(files, &ledger_),
+              FailsWith(Code::LedgerCutOff, "notes entry 2, and the newest is 1"));
+  EXPECT_THAT(noted_hashes(files).value(), testing::UnorderedElementsAre(entry.hash, kHash));
+}
+
 TEST(FilesBelow, AreThoseOfFoldersInTheOrderOfTheirNames) {
   const Folder folder;
   std::filesystem::create_directory(folder.path() / "reports");
@@ -135,4 +167,4 @@ TEST(FilesBelow, AreThoseOfFoldersInTheOrderOfTheirNames) {
 }
 
 }  // namespace
-}  // namespace panelcal::history
+}  // namespace panelcal
