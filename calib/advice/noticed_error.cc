@@ -79,14 +79,22 @@ class Gates {
     if (limits.residual) residual_ = limits.residual->in_mm() / noise_mm;
     if (limits.offset) offset_ = limits.offset->in_mm() / noise_mm;
     for (const DesignTarget& target : targets) {
-      jacobians_.push_back(internal::design(target.nominal.in_mm()));
+      const auto jacobian = internal::design(target.nominal.in_mm());
+      residual_covs_.emplace_back(target.cov - jacobian * fit.own_cov * jacobian.transpose());
+      jacobians_.push_back(jacobian);
     }
+    shifts_.resize(targets.size());
   }
 
   NoticedError of(std::size_t i) {
     weight_ = internal::weight(targets_[i]);
     gain_ = fit_.own_cov * jacobians_[i].transpose() * weight_;
     visible_ = weight_ - weight_ * jacobians_[i] * gain_;
+    for (std::size_t k = 0; residual_ && k < targets_.size(); ++k) {
+      shifts_[k].of = -jacobians_[k] * gain_;
+      if (k == i) shifts_[k].of += Eigen::Matrix2d::Identity();
+      shifts_[k].most = shifts_[k].of.norm();
+    }
     NoticedError out;
     Noticed latest{.from = -1};
     for (const Eigen::Vector2d& direction : directions(targets_[i].axes)) {
@@ -127,27 +135,27 @@ class Gates {
           std::sqrt(std::max(0.0, (gate.of * fit_.own_cov * gate.of.transpose())(0)));
       out.take_limit(gate.limit, gate.of * moved, sigma, gate.gate);
     }
-    if (residual_) take_residuals(i, direction, moved, out);
+    if (residual_) take_residuals(i, direction, out);
     if (offset_) take_offset(direction, out);
     return out;
   }
 
-  void take_residuals(std::size_t i,
-                      const Eigen::Vector2d& direction,
-                      const Eigen::Matrix<double, 6, 1>& moved,
-                      Noticed& out) const {
+  /// Its own residual first: others move less, and most of many cannot be noticed earlier.
+  void take_residuals(std::size_t i, const Eigen::Vector2d& direction, Noticed& out) const {
+    take_residual(i, direction, out);
     for (std::size_t k = 0; k < targets_.size(); ++k) {
-      Eigen::Vector2d shift = -jacobians_[k] * moved;
-      if (k == i) shift += direction;
-      shift = internal::observed_part(shift, targets_[k].axes);
-      const double length = shift.norm();
-      if (length < kBlind) continue;
-      const Eigen::Vector2d line = shift / length;
-      const Eigen::Matrix2d fitted = jacobians_[k] * fit_.own_cov * jacobians_[k].transpose();
-      const double variance = line.dot((targets_[k].cov - fitted) * line);
-      out.take_limit(
-          *residual_, length, std::sqrt(std::max(0.0, variance)), NoticingGate::Residual);
+      if (k != i && *residual_ < shifts_[k].most * out.from) take_residual(k, direction, out);
     }
+  }
+
+  void take_residual(std::size_t k, const Eigen::Vector2d& direction, Noticed& out) const {
+    const Eigen::Vector2d shift =
+        internal::observed_part(shifts_[k].of * direction, targets_[k].axes);
+    const double length = shift.norm();
+    if (length < kBlind) return;
+    const Eigen::Vector2d line = shift / length;
+    const double variance = line.dot(residual_covs_[k] * line);
+    out.take_limit(*residual_, length, std::sqrt(std::max(0.0, variance)), NoticingGate::Residual);
   }
 
   /// Of the targets' mean. What a slot does not show counts as fitted; that part is left out here,
@@ -169,6 +177,13 @@ class Gates {
   std::optional<double> residual_;
   std::optional<double> offset_;
   std::vector<Eigen::Matrix<double, 2, 6>> jacobians_;
+  std::vector<Eigen::Matrix2d> residual_covs_;
+  /// Of each target's residual by an error of the one in hand; no direction moves it by more.
+  struct Shift {
+    Eigen::Matrix2d of;
+    double most;
+  };
+  std::vector<Shift> shifts_;
   Eigen::Matrix2d weight_;
   Eigen::Matrix<double, 6, 2> gain_;
   Eigen::Matrix2d visible_;

@@ -46,6 +46,29 @@ TEST(NoticedError, OfACornerIsKnown) {
   }
 }
 
+/// Targets on a lattice of 10 mm, each of which an error is held against all residuals.
+std::vector<Eigen::Vector2d> lattice_of(int n_a_side) {
+  std::vector<Eigen::Vector2d> out;
+  for (int k = 0; k < n_a_side * n_a_side; ++k) {
+    out.emplace_back(10.0 * (k % n_a_side), 10.0 * std::floor(k / n_a_side));
+  }
+  return out;
+}
+
+// By symmetry all corners of a lattice are alike. Of an offset of n targets an error d moves its
+// own residual by d (1 - 1 / n), whose variance is 1 - 1 / n, and each other one by d / n only.
+TEST(NoticedError, OfAThousandTargetsIsThatOfItsOwnResidual) {
+  GateLimits limits;
+  limits.residual = um(100);
+  const auto errors = noticed(design_at(lattice_of(32)), PanelModel::Offset, limits);
+  ASSERT_EQ(errors.size(), 1024U);
+  const double own = 1 - 1.0 / 1024;
+  for (const NoticedError& error : errors) {
+    EXPECT_EQ(error.by, NoticingGate::Residual);
+    EXPECT_NEAR(error.from.value_or(0), (100 / kNoise_um + 0.8416212 * std::sqrt(own)) / own, 1e-5);
+  }
+}
+
 TEST(NoticedError, NeedsAGateThatLooks) {
   // Three targets leave an affine map no equation, and nothing else looks.
   const auto three = design_at({kCorners[0], kCorners[1], kCorners[3]});

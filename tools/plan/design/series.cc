@@ -16,8 +16,8 @@ constexpr std::array kModels = {PanelModel::Offset,
 constexpr double kOnHull_mm = 1e-6;
 /// Places that a picture shows of one series.
 constexpr std::size_t kSample = 6000;
-/// Cases that are drawn of one error, so that a share of a half is known to 3.5 %.
-constexpr int kErrorTrials = 200;
+/// Of up to this number of targets kErrorTrials cases are drawn of one error.
+constexpr std::size_t kFullyTried = 16;
 /// Of more targets only the one is tried whose error is noticed latest.
 constexpr std::size_t kMostTried = 8;
 constexpr std::uint64_t kErrorSeed = 1;
@@ -26,7 +26,8 @@ void try_both_sizes(const SeriesPlan& plan,
                     std::span<const DesignTarget> design,
                     PanelModel model,
                     TargetError& error) {
-  if (!error.noticed.from) return;
+  const int n_trials = error_trials(design.size());
+  if (!error.noticed.from || n_trials == 0) return;
   const Eigen::Vector2d once = *error.noticed.from * error.noticed.direction;
   ErrorTrial trial{.targets = design,
                    .model = model,
@@ -34,12 +35,20 @@ void try_both_sizes(const SeriesPlan& plan,
                    .limits = plan.limits,
                    .i_target = error.i_target,
                    .error = once};
-  error.at_once = try_error(trial, kErrorTrials, kErrorSeed);
+  error.at_once = try_error(trial, n_trials, kErrorSeed);
   trial.error = 2 * once;
-  error.at_twice = try_error(trial, kErrorTrials, kErrorSeed);
+  error.at_twice = try_error(trial, n_trials, kErrorSeed);
 }
 
 }  // namespace
+
+/// A case takes as long as the square of the number of targets.
+int error_trials(std::size_t n_targets) {
+  if (n_targets <= kFullyTried) return kErrorTrials;
+  if (n_targets > kMostTriedTargets) return 0;
+  const std::size_t work = kFullyTried * kFullyTried * static_cast<std::size_t>(kErrorTrials);
+  return static_cast<int>(work / (n_targets * n_targets));
+}
 
 TargetError latest_error(const SeriesPlan& plan,
                          std::span<const DesignTarget> design,

@@ -44,6 +44,15 @@ struct SeriesWork {
   void see(const PassingPlace& place);
 };
 
+/// Cases that are drawn of one error, so that a share of a half is known to 3.5 %.
+inline constexpr int kErrorTrials = 200;
+/// Of more targets no error is tried: fewer than 20 cases would tell nothing.
+inline constexpr std::size_t kMostTriedTargets = 50;
+
+/// Cases that are drawn of one error of a series of this many targets: kErrorTrials of few, fewer
+/// of many, so that the work is the same, and 0 above kMostTriedTargets.
+int error_trials(std::size_t n_targets);
+
 /// Of the target whose error is noticed latest. Precondition: the design is not empty.
 TargetError latest_error(const SeriesPlan& plan,
                          std::span<const DesignTarget> design,
