@@ -40,6 +40,25 @@ bool Survey::is_accepted() const {
   return is_complete() && std::ranges::all_of(series, &SeriesResult::is_accepted);
 }
 
+namespace {
+
+/// A panel that stands against pins or edges lies this near. Panels farther off that no [gates]
+/// offset_mm holds are named in the verdict.
+constexpr double kFarOffset_mm = 10;
+
+/// Distance of the targets' centroid from where the program has it, mm, where no limit holds it.
+double ungated_offset_mm(const SeriesResult& series) {
+  if (!series.is_fitted() || series.limits.offset) return 0;
+  GateLimits limits;
+  limits.offset = Length();
+  limits.turned_deg = series.limits.turned_deg;
+  const std::vector<GateVerdict> verdicts =
+      series.base ? check_gates(*series.base, limits) : check_gates(*series.nested, limits);
+  return verdicts.front().value;
+}
+
+}  // namespace
+
 std::vector<std::string> Survey::gates_off() const {
   std::vector<std::string> off;
   for (const SeriesResult& one_series : series) {
@@ -48,6 +67,14 @@ std::vector<std::string> Survey::gates_off() const {
       std::string words = std::string(gate) + (is_nested ? " of nested fits" : "");
       if (std::ranges::find(off, words) == off.end()) off.push_back(std::move(words));
     }
+  }
+  double largest_mm = 0;
+  for (const SeriesResult& one_series : series) {
+    largest_mm = std::max(largest_mm, ungated_offset_mm(one_series));
+  }
+  if (largest_mm > kFarOffset_mm) {
+    off.push_back(
+        fmt::format("offset (targets lie {:.1f} mm from their programmed places)", largest_mm));
   }
   return off;
 }

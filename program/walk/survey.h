@@ -88,7 +88,7 @@ struct Survey {
   /// Every series is fitted and inside its limits, and every measured hole was found.
   bool is_accepted() const;
 
-  /// The default gates that fits were made without: "residual", "mirror of nested fits".
+  /// Default gates that are off: "residual", "mirror of nested fits"; an ungated offset over 10 mm.
   std::vector<std::string> gates_off() const;
 
   /// The calibration of this job that a measurement was made with; null: the machine's own.

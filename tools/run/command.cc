@@ -226,6 +226,13 @@ class RunCommand {
     return off.empty() ? "" : fmt::format("; gates off: {}", fmt::join(off, ", "));
   }
 
+  /// Of the verdict: a camera whose scale is wrong moves holes without any target that is off.
+  std::string scale_words() {
+    const auto words = scale_.words();
+    tells_scale_ = words.has_value();
+    return words ? "; " + *words : "";
+  }
+
   void tell(const JobResult& result) {
     Console& console = context_.console;
     if (!result.explanation.empty()) {
@@ -237,7 +244,8 @@ class RunCommand {
       }
     }
     if (result.is_judged && result.verdict) {
-      console.say(verdict_summary(*result.verdict, result.truth.get()) + gates_off_words(result));
+      console.say(verdict_summary(*result.verdict, result.truth.get()) + gates_off_words(result) +
+                  scale_words());
     }
     if (result.is_judged && result.depth) console.say(depth_summary(*result.depth));
     if (!is_written_) return;
@@ -269,6 +277,7 @@ class RunCommand {
     input.verdict = result.verdict.get();
     input.depth = result.depth.get();
     input.unstated = result.unstated;
+    input.common_scale = scale_.words().value_or("");
     input.worst_hole = result.worst_hole;
     input.worst_number = result.worst_number;
     if (result.surface_use) input.surface_use = result.surface_use->summary();
@@ -286,7 +295,7 @@ class RunCommand {
 
   ExitCode finish() {
     context_.console.print(log_);
-    if (const auto words = scale_.words()) context_.console.say(*words);
+    if (const auto words = scale_.words(); words && !tells_scale_) context_.console.say(*words);
     if (log_.has_errors() && !is_written_ && !options_.output.empty()) {
       const auto* const spooled = dynamic_cast<const SpooledOutput*>(output_.get());
       context_.console.say(spooled != nullptr && spooled->has_begun_to_commit()
@@ -305,6 +314,7 @@ class RunCommand {
   Provenance provenance_;
   SeenPictures pictures_;
   CommonScale scale_;
+  bool tells_scale_ = false;  ///< the verdict has
   std::unique_ptr<ThreadPool> pool_;
   std::unique_ptr<JobOutput> output_;
   bool is_written_ = false;

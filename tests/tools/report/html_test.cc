@@ -163,6 +163,17 @@ TEST(ReportHtml, IsWellFormedWhateverHappened) {
   EXPECT_EQ(markup_problem(report_html(run(kProgram, shear, true)->input)), "");
 }
 
+/// A camera's wrong scale moves holes without any target that is off.
+TEST(ReportHtml, NamesACommonScaleInTheVerdict) {
+  const auto job = run(kProgram);
+  const std::string words = "all 21 targets measure 2.0 % larger than stated";
+  EXPECT_THAT(report_html(job->input), Not(HasSubstr(words)));
+  job->input.common_scale = words;
+  const std::string html = report_html(job->input);
+  EXPECT_LT(html.find("But " + words + "."), html.find("<h2"));
+  EXPECT_EQ(markup_problem(html), "");
+}
+
 TEST(ReportHtml, NamesGatesThatAreOff) {
   const auto job = run(kProgram);
   EXPECT_THAT(report_html(job->input),

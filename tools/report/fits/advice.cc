@@ -270,7 +270,8 @@ std::string grounds_of_verdict(const ReportInput& input) {
 
 std::string verdict_sentence(const ReportInput& input) {
   const std::vector<std::string> off = survey_of(input).gates_off();
-  const std::string words = grounds_of_verdict(input);
+  std::string words = grounds_of_verdict(input);
+  if (!input.common_scale.empty()) words += fmt::format(" But {}.", input.common_scale);
   return off.empty() ? words : fmt::format("{} Gates off: {}.", words, fmt::join(off, ", "));
 }
 

@@ -35,6 +35,8 @@ struct ReportInput {
   std::string surface_use;  ///< the part of --surface in the depths; empty without it
   /// Of the verdict's worst place, by which `run --explain` knows it; empty: its line says enough.
   std::optional<std::int64_t> worst_number;
+  /// That all targets are larger or smaller than stated by one factor (CommonScale); or empty.
+  std::string common_scale;
   std::string unstated;                           ///< as JobResult::unstated
   std::optional<HoleBudget> worst_hole;           ///< of the job, held or not
   std::map<std::int64_t, std::string> crops_png;  ///< by seq: the target with the found centre
