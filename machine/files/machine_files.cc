@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "machine/files/machine_files.h"
 
+#include <algorithm>
 #include <array>
 #include <string>
 #include <system_error>
@@ -81,6 +82,19 @@ class MachineFiles {
   std::string_view except_;
 };
 
+/// "2026-11-21" or "2026-11-21-2", as tools/nightly names them.
+bool is_night_record(std::string_view stem) {
+  constexpr std::string_view kDay = "0000-00-00";
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  if (stem.size() < kDay.size()) return false;
+  for (std::size_t i = 0; i < kDay.size(); ++i) {
+    if (kDay[i] == '-' ? stem[i] != '-' : !is_digit(stem[i])) return false;
+  }
+  stem.remove_prefix(kDay.size());
+  return stem.empty() ||
+         (stem.size() > 1 && stem[0] == '-' && std::ranges::all_of(stem.substr(1), is_digit));
+}
+
 }  // namespace
 
 void add_machine_files(const fs::path& machine_toml, FileRegister& files, std::string_view except) {
@@ -93,6 +107,18 @@ void add_machine_files(const fs::path& machine_toml, FileRegister& files, std::s
     machine.add_all(*document);
   } else {
     machine.add_quoted(*text);
+  }
+}
+
+void add_night_records(const fs::path& reports, FileRegister& files, std::string_view except) {
+  if (reports.empty()) return;
+  std::error_code error;
+  for (fs::directory_iterator at(reports, error), end; !error && at != end; at.increment(error)) {
+    const std::string ending = at->path().extension().string();
+    const std::string stem = at->path().stem().string();
+    if ((ending != ".json" && ending != ".html") || !is_night_record(stem)) continue;
+    if (!except.empty() && stem.starts_with(except)) continue;
+    files.add(at->path(), "the record of a night");
   }
 }
 

@@ -22,6 +22,14 @@ void add_machine_files(const std::filesystem::path& machine_toml,
                        FileRegister& files,
                        std::string_view except = {});
 
+/// Notes the records of nights in the folder of reports, `2026-11-21.json` or `2026-11-21-2.html`:
+/// `history verify -m` holds the ledger against them.
+///
+/// In     except: a night, "2026-11-21", whose records may be replaced; empty: none
+void add_night_records(const std::filesystem::path& reports,
+                       FileRegister& files,
+                       std::string_view except = {});
+
 /// Notes a ledger with its lock and what SQLite puts beside it.
 void add_ledger(const std::filesystem::path& ledger, const std::string& what, FileRegister& files);
 

@@ -132,12 +132,22 @@ std::string summary_of(const NightStep& step) {
                      amount(*step.change_sigma, unit));
 }
 
-std::string ahead_text(std::chrono::seconds ahead) {
+/// Either clock may be wrong: only a person can tell, and says so with the command that stands
+/// here.
+std::string ahead_text(const NightHistory& history,
+                       const LedgerKey& key,
+                       const std::filesystem::path& ledger) {
   constexpr double kHour_s = 3600;
   return fmt::format(
-      "the ledger's newest entry is {:.1f} hours ahead of the clock: check the clock, "
-      "then mark a fresh start",
-      static_cast<double>(ahead.count()) / kHour_s);
+      "entry {} of the ledger is {:.1f} hours ahead of the clock: set the clock if it is wrong; if "
+      "it was wrong then, `panelcal history fresh-start -l {} --machine {} --kind {} --subject {} "
+      "--reason \"the clock was wrong\"`, and the next night is measured again",
+      history.ahead_id,
+      static_cast<double>(history.ahead->count()) / kHour_s,
+      quoted(ledger.string(), 200),
+      quoted(key.machine),
+      word(key.kind),
+      quoted(key.subject));
 }
 
 /// Everything about one calibration of one night.
@@ -184,7 +194,7 @@ class Step {
   /// Nothing is measured: it would be recorded with a time that is not valid.
   Expected<void> hold_for_the_clock() {
     step_.state = NightState::Held;
-    step_.summary = ahead_text(*history_.ahead);
+    step_.summary = ahead_text(history_, calibration_.key(), context_.job.config.ledger_file);
     return finish();
   }
 
@@ -374,7 +384,9 @@ Expected<void> foresee(const NightContext& context,
   const bool is_done = history.tonight && !context.job.is_again;
   step.summary = is_done ? "this night has done it already: nothing would be measured"
                          : "would be measured, judged and, if every gate passes, installed";
-  if (history.ahead) step.summary = "would not be measured: " + ahead_text(*history.ahead);
+  if (history.ahead)
+    step.summary = "would not be measured: " +
+                   ahead_text(history, calibration.key(), context.job.config.ledger_file);
   if (!context.no_measuring.empty()) {
     step.summary = "would not be measured: " + context.no_measuring;
   }

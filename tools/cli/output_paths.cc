@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "machine/files/machine_files.h"
+#include "machine/nightly/record/night_files.h"
+#include "program/sieb_meyer/sections/subprograms.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -101,6 +103,11 @@ FileRegister files_in_use(const Options& options) {
         break;
       case FileUse::Machine:
         add_machine_files(file.path, files, installed_key(options));
+        // A night knows which one is its own (tools/nightly).
+        if (!std::holds_alternative<NightlyOptions>(options.command)) {
+          const auto night_files = find_night_files(file.path);
+          if (night_files) add_night_records(night_files->reports, files);
+        }
         break;
       case FileUse::Ledger:
         add_ledger(file.path, file.what, files);
@@ -160,9 +167,16 @@ Expected<void> check_outputs(const Options& options, const FileRegister& files) 
 
 Expected<void> check_patterns(const Options& options, const Program& program, FileRegister& files) {
   const std::string& beside = program.reading.format_beside.file;
-  if (beside.empty() && program.patterns.empty()) return {};
+  const bool has_subprograms = program.dialect == Dialect::SiebMeyer;
+  if (beside.empty() && program.patterns.empty() && !has_subprograms) return {};
   if (!beside.empty()) files.add(beside, "the number format of the drill files beside it");
   for (const auto& [name, text] : program.patterns) files.add(text.file, "a stored pattern");
+  if (has_subprograms) {
+    for (const Path& file : sieb_meyer::files_read_for_subprograms(
+             program.source.bytes, program.reading.pattern_folders)) {
+      files.add(file, "a file of subprograms");
+    }
+  }
   return check_outputs(options, files);
 }
 

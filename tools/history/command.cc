@@ -2,12 +2,14 @@
 #include <algorithm>
 #include <filesystem>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "calib/base/clock.h"
 #include "calib/base/files/atomic_file.h"
 #include "calib/ledger/ledger.h"
 #include "machine/nightly/record/night_history.h"
+#include "machine/nightly/record/noted_heads.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/process/version.h"
 #include "tools/cli/provenance.h"
@@ -200,7 +202,25 @@ class History {
   Ledger ledger_;
 };
 
+/// Without machine.toml the folder of reports is not known: what a file says counts. No answer
+/// notes a head, so that none of them takes such a file's place.
+Expected<void> check_no_record(const HistoryOptions& options, const CommandContext& context) {
+  std::error_code ignored;
+  if (options.output.empty() || options.output == "-" ||
+      !std::filesystem::is_regular_file(options.output, ignored)) {
+    return {};
+  }
+  constexpr std::size_t kMaxRecordBytes = std::size_t{1} << 28;
+  const Expected<std::string> bytes = read_file(options.output, kMaxRecordBytes);
+  if (!bytes || !is_record_with_head(*bytes)) return {};
+  return failure({Code::OutputInUse,
+                  {context.options.command_name, 0, 0},
+                  quoted(options.output) + " is a record that notes the head of a ledger",
+                  "a file of its own for each output"});
+}
+
 Expected<void> history_answer(const HistoryOptions& options, CommandContext& context) {
+  PANELCAL_CHECK(check_no_record(options, context));
   using Action = HistoryOptions::Action;
   const bool records = options.action == Action::RollBack || options.action == Action::FreshStart;
   std::error_code ignored;

@@ -14,6 +14,7 @@
 #include "calib/base/files/digest.h"
 #include "calib/base/interruption.h"
 #include "machine/config/machine_config.h"
+#include "machine/files/machine_files.h"
 #include "machine/job/text_variables.h"
 #include "machine/nightly/nightly.h"
 #include "machine/nightly/record/night_files.h"
@@ -106,9 +107,12 @@ class NightlyRun {
     return {};
   }
 
-  /// The pages that the folder of reports gets are outputs as those that the command line names.
-  Expected<void> check_reports() const {
+  /// The pages that the folder of reports gets are outputs as those that the command line names,
+  /// and those of other nights there are none.
+  Expected<void> check_reports() {
     if (files_.reports.empty()) return {};
+    add_night_records(files_.reports, context_.files, night_of(clock_(), files_.noon_utc_h));
+    PANELCAL_CHECK(check_outputs(context_.options, context_.files));
     return check_output(context_.options, context_.files, files_.reports / "NIGHT.html");
   }
 

@@ -168,6 +168,7 @@ class Reader {
     for (const auto& last : {last_, last_quality_}) {
       if (last && *last - now > std::max(kMostAhead, history_.ahead.value_or(kMostAhead))) {
         history_.ahead = *last - now;
+        history_.ahead_id = latest_id_;
       }
     }
     history_.is_fresh_start = is_fresh_;
@@ -178,8 +179,17 @@ class Reader {
  private:
   void start_anew(const LedgerEntry& fresh_start) {
     is_fresh_ = is_fresh_quality_ = true;
+    latest_id_ = fresh_start.id;
+    latest_ = fresh_start.time;
     move_before(fresh_start.time, history_.series.points, last_);
     move_before(fresh_start.time, history_.qualities, last_quality_);
+  }
+
+  /// Later ones may have a time of their own that is right.
+  void note_latest(std::int64_t id, std::chrono::sys_seconds time) {
+    if (latest_id_ > 0 && time <= latest_) return;
+    latest_id_ = id;
+    latest_ = time;
   }
 
   /// A calibration that was installed after the restored one was no good.
@@ -208,6 +218,7 @@ class Reader {
     const auto used_up = find_parameter(companion.record, kUsedUp);
     if (used_up) history_.used_up = static_cast<int>(*used_up);
     if (night.spreads.empty() && night.levels.empty()) return;
+    note_latest(companion.id - 1, companion.time);
     night.time = after(night.time, last_quality_);
     last_quality_ = night.time;
     night.is_left_out = verdict != LedgerVerdict::Installed;
@@ -218,6 +229,7 @@ class Reader {
   }
 
   void add_point(const LedgerEntry& entry, const NightValue& value, bool is_of_a_night) {
+    note_latest(entry.id, entry.time);
     DriftPoint point;
     point.time = after(entry.time, last_);
     last_ = point.time;
@@ -251,6 +263,8 @@ class Reader {
   std::optional<std::chrono::sys_seconds> last_;
   std::optional<std::chrono::sys_seconds> last_quality_;
   std::optional<std::int64_t> in_force_;
+  std::int64_t latest_id_ = 0;  ///< since the newest fresh start; with it, if nothing came later
+  std::chrono::sys_seconds latest_{};
   NightHistory history_;
 };
 

@@ -47,6 +47,8 @@ struct NightHistory {
   /// By how much the newest entry is of the future, if by more than kMostAhead: the clock was wrong
   /// then, or is now, and the age of every entry is unknown.
   std::optional<std::chrono::seconds> ahead;
+  /// The entry that is, by its own time; 0 without.
+  std::int64_t ahead_id = 0;
 
   /// The entries that this night has already recorded.
   struct Tonight {

@@ -32,23 +32,30 @@ std::vector<std::filesystem::path> subprogram_files(const std::filesystem::path&
   return files;
 }
 
-std::optional<SourceText> read_if_it_has(const std::filesystem::path& path, std::string_view name) {
+using FilesRead = std::set<std::filesystem::path>;
+
+std::optional<SourceText> read_if_it_has(const std::filesystem::path& path,
+                                         std::string_view name,
+                                         FilesRead& files_read) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored)) return std::nullopt;
+  files_read.insert(path);
   auto text = read_source_with_digest(path);
   if (!text || !find_subprogram(text->bytes, name)) return std::nullopt;
   return *std::move(text);
 }
 
 std::optional<SourceText> read_subprogram(const std::string& name,
-                                          const std::vector<std::filesystem::path>& folders) {
+                                          const std::vector<std::filesystem::path>& folders,
+                                          FilesRead& files_read) {
   constexpr std::array<std::string_view, 3> kExtensions = {".SS5", ".ss5", ""};
   for (const std::filesystem::path& folder : folders) {
     for (const std::string_view extension : kExtensions) {
-      if (auto text = read_if_it_has(folder / (name + std::string(extension)), name)) return text;
+      auto text = read_if_it_has(folder / (name + std::string(extension)), name, files_read);
+      if (text) return text;
     }
     for (const std::filesystem::path& path : subprogram_files(folder)) {
-      if (auto text = read_if_it_has(path, name)) return text;
+      if (auto text = read_if_it_has(path, name, files_read)) return text;
     }
   }
   return std::nullopt;
@@ -114,16 +121,21 @@ bool is_cut_off(std::string_view bytes, const SubprogramText& body) {
   return body.end == bytes.size() && !ends_in_line_end(bytes);
 }
 
-std::map<std::string, SourceText, std::less<>> read_subprograms(
-    std::string_view program, const std::vector<std::filesystem::path>& folders) {
+namespace {
+
+using Subprograms = std::map<std::string, SourceText, std::less<>>;
+
+Subprograms read_all_subprograms(std::string_view program,
+                                 const std::vector<std::filesystem::path>& folders,
+                                 FilesRead& files_read) {
   constexpr std::size_t kMostSubprograms = 1000;
-  std::map<std::string, SourceText, std::less<>> found;
+  Subprograms found;
   std::vector<std::string> wanted;
   for (const CalledName& called : called_names(program)) wanted.emplace_back(called.name);
   std::set<std::string> tried;
   for (std::size_t i = 0; i < wanted.size() && found.size() < kMostSubprograms; ++i) {
     if (!tried.insert(wanted[i]).second) continue;
-    auto text = read_subprogram(wanted[i], folders);
+    auto text = read_subprogram(wanted[i], folders, files_read);
     if (!text) continue;
     const auto body = find_subprogram(text->bytes, wanted[i]);
     const std::string_view lines =
@@ -132,6 +144,21 @@ std::map<std::string, SourceText, std::less<>> read_subprograms(
     found.emplace(wanted[i], *std::move(text));
   }
   return found;
+}
+
+}  // namespace
+
+std::map<std::string, SourceText, std::less<>> read_subprograms(
+    std::string_view program, const std::vector<std::filesystem::path>& folders) {
+  FilesRead files_read;
+  return read_all_subprograms(program, folders, files_read);
+}
+
+std::vector<std::filesystem::path> files_read_for_subprograms(
+    std::string_view program, const std::vector<std::filesystem::path>& folders) {
+  FilesRead files_read;
+  read_all_subprograms(program, folders, files_read);
+  return {files_read.begin(), files_read.end()};
 }
 
 }  // namespace panelcal::sieb_meyer

@@ -41,4 +41,8 @@ bool is_cut_off(std::string_view bytes, const SubprogramText& body);
 std::map<std::string, SourceText, std::less<>> read_subprograms(
     std::string_view program, const std::vector<std::filesystem::path>& folders);
 
+/// The files that this reads, each once, also those where it looks for a subprogram in vain.
+std::vector<std::filesystem::path> files_read_for_subprograms(
+    std::string_view program, const std::vector<std::filesystem::path>& folders);
+
 }  // namespace panelcal::sieb_meyer

@@ -91,6 +91,32 @@ TEST_F(MachineFilesTest, ProtectsTheFilesOfAFileThatIsNoToml) {
   EXPECT_EQ(use_of("other.json", files), std::nullopt);
 }
 
+TEST_F(MachineFilesTest, HasTheRecordsOfNights) {
+  const fs::path reports = folder_ / "reports";
+  fs::create_directory(reports);
+  for (const char* const name : {"2026-11-21.json",
+                                 "2026-11-21-2.html",
+                                 "2026-11-22.json",
+                                 "2026-11-21-.json",
+                                 "2026-11-21-job.html",
+                                 "2026-11-21.txt",
+                                 "export.json"}) {
+    std::ofstream(reports / name) << name;
+  }
+  FileRegister files;
+  add_night_records(reports, files, "2026-11-22");
+  EXPECT_THAT(use_of("reports/2026-11-21.json", files), Optional(Eq("the record of a night")));
+  EXPECT_TRUE(use_of("reports/2026-11-21-2.html", files));
+  for (const char* const name : {"2026-11-22.json",
+                                 "2026-11-21-.json",
+                                 "2026-11-21-job.html",
+                                 "2026-11-21.txt",
+                                 "export.json"}) {
+    EXPECT_EQ(use_of(std::string("reports/") + name, files), std::nullopt) << name;
+  }
+  add_night_records(folder_ / "none", files);
+}
+
 TEST_F(MachineFilesTest, NeedsNoMachineFile) {
   FileRegister files;
   add_machine_files(folder_ / "none.toml", files);

@@ -164,6 +164,7 @@ TEST_F(NightHistoryTest, WhatIsAheadOfTheClockIsToldUntilAFreshStart) {
   night(51.2, LedgerVerdict::Installed);
   now_ -= std::chrono::days(300);  // one day after the first night
   EXPECT_EQ(history().ahead, std::chrono::days(299));
+  EXPECT_EQ(history().ahead_id, 3) << "the second night's";
   fresh_start();
   NightHistory history = this->history();
   EXPECT_FALSE(history.ahead);

@@ -236,6 +236,19 @@ TEST(ReadSubprograms, CirclesOfCallsEnd) {
 
 // --- what is not there ---------------------------------------------------------------------------
 
+TEST(FilesReadForSubprograms, AreThoseBeforeTheOneThatHasIt) {
+  const Folder folder;
+  folder.write("A.SS5", "@A\nX1.Y1.\n");
+  folder.write("B.SS5", "@B\nX1.Y1.\n@C\nX1.Y1.\n");
+  folder.write("D.SS5", "@D\nX1.Y1.\n");
+  folder.write("other.txt", "@C\n");
+  EXPECT_THAT(files_read_for_subprograms("X1.Y1.\nM99,C\n", {folder.path()}),
+              ElementsAre(folder.path() / "A.SS5", folder.path() / "B.SS5"));
+  EXPECT_THAT(files_read_for_subprograms("X1.Y1.\nM99,D\n", {folder.path()}),
+              ElementsAre(folder.path() / "D.SS5"));
+  EXPECT_THAT(files_read_for_subprograms("X1.Y1.\n", {folder.path()}), IsEmpty());
+}
+
 TEST(ReadSubprograms, MissingOnesAreLeftOut) {
   const Folder folder;
   folder.write("A.SS5", "@A\nM99,GONE\n");
