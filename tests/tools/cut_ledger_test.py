@@ -125,17 +125,6 @@ def main():
     assert json.loads(COUPON.read_text())["coupon"] == "B" and rows_used() == 3
     Path("machine.toml").write_text(text)
 
-    # A ledger that the night itself had to begin anew gives up what the damaged one had.
-    put_back("new")
-    damaged = bytearray(LEDGER.read_bytes())
-    damaged[:4096] = b"x" * 4096
-    LEDGER.write_bytes(damaged)
-    assert "kept as" in night(24, code=1).stdout
-    assert rows_used() == 12
-    check(0)
-    assert "begun anew" in night(25, code=1).stdout
-    panelcal("history", "verify", "-l", str(LEDGER), "-m", "machine.toml")
-
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as place:
