@@ -24,7 +24,7 @@ constexpr std::size_t kMostListedHoles = 5'000;
 /// HoleSpread across the longest spread, as standard deviations: within a diameter a nibbled ring
 /// of three diameters has 0.2, a row beside another one 0.5.
 constexpr double kCrowdSpread = 0.35;
-/// The same within so many diameters, where a slot nibbled in two rows is a line again.
+/// The same within this number of diameters, where a slot nibbled in two rows is a line again.
 constexpr int kWideDiameters = 3;
 /// Fewer crowded holes may be a pocket, or the corners of a nibbled contour.
 constexpr int kManyCrowded = 20;

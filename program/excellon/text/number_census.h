@@ -120,7 +120,7 @@ struct ListedHoles {
   std::vector<OfTool> tools;  ///< in the order in which they are taken
   std::size_t n_holes = 0;
   NumberPlace first_bare;   ///< the first coordinate without a decimal point; empty: there is none
-  bool is_readable = true;  ///< false: a number is none in the format, or coordinates are steps
+  bool is_readable = true;  ///< false: the format cannot read a number, or coordinates are steps
 };
 
 /// Lists the holes of blocks of X and Y alone as they are in a format, up to a number of them.

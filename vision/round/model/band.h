@@ -108,7 +108,7 @@ struct RimBandValues {
 };
 RimBandValues band_values(const RimBand& band, const RimVector& p, bool is_ring);
 
-/// Where every pixel of a band lies about a rim that is no oval.
+/// The places of all pixels of a band, seen from a rim that is no oval.
 struct RimPlaces {
   std::vector<float> distance_px;  ///< from the rim, inwards
   /// The direction of the pixel seen from the centre, counted from x towards y, in turns from 0
