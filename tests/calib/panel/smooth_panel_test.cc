@@ -122,17 +122,18 @@ TEST(SmoothPanel, AveragesKrigingOverItsStrengths) {
       d.k_hole[i] = plate(pair.from_mm, hole_mm);
     }
   }
-  constexpr int kSteps = 32;
+  constexpr int kSteps = 64;
   std::array<double, kSteps + 1> weight;
   std::array<Eigen::Vector2d, kSteps + 1> mean, variance;
   double best = -1e300;
   for (int step = 0; step <= kSteps; ++step) {
     const auto i = static_cast<std::size_t>(step);
-    // Uniform in the share, by the midpoints of its half turn: share = (1 - cos a) / 2.
-    const double a = std::numbers::pi * (step - 0.5) / kSteps;
-    const double s = step == 0 ? 0 : axes[0].strength(std::pow(std::sin(a / 2), 2));
-    const double width = std::numbers::pi / kSteps * std::sin(a) / 2;
-    weight[i] = std::log(step == 0 ? 0.2 : 0.8 * width);
+    // Even in the log odds of the share, from -10 to 16, by midpoints; the share is a Beta variate.
+    const double odds = std::exp(-10 + 26 * (step - 0.5) / kSteps);
+    const double share = odds / (1 + odds);
+    const double s = step == 0 ? 0 : axes[0].strength(share);
+    const double density = std::sqrt(share) * std::pow(1 / (1 + odds), 0.25) / std::beta(0.5, 0.25);
+    weight[i] = std::log(step == 0 ? 0.1 : 0.9 * density * 26 / kSteps);
     for (int axis = 0; axis < 2; ++axis) {
       const auto [likelihood, m, v] = axes[static_cast<std::size_t>(axis)].at(s);
       weight[i] += likelihood;
@@ -153,8 +154,16 @@ TEST(SmoothPanel, AveragesKrigingOverItsStrengths) {
   const auto fit = fit_smooth_raw(pairs);
   ASSERT_TRUE(fit);
   EXPECT_LT((fit->map_mm(hole_mm) - hole_mm - expected).norm(), 1e-8);
-  EXPECT_NEAR(fit->cov_mm2(hole_mm)(0, 0), expected_variance.x(), 1e-4 * expected_variance.x());
-  EXPECT_NEAR(fit->cov_mm2(hole_mm)(1, 1), expected_variance.y(), 1e-4 * expected_variance.y());
+  // What a straight panel's noise leaves is known; the rest grows, of both axes by one factor.
+  const Eigen::Matrix3d information =
+      axes[0].x.transpose() * axes[0].noise.cwiseInverse().asDiagonal() * axes[0].x;
+  const double noise = axes[0].x_hole.dot(information.inverse() * axes[0].x_hole);
+  const double growth = (fit->cov_mm2(hole_mm)(0, 0) - noise) / (expected_variance.x() - noise);
+  EXPECT_GE(growth, 1 - 1e-4);
+  EXPECT_LE(growth, 1.4);
+  EXPECT_NEAR(fit->cov_mm2(hole_mm)(1, 1),
+              noise + growth * (expected_variance.y() - noise),
+              1e-4 * expected_variance.y());
 }
 
 TEST(SmoothPanel, SlopesAreThoseOfTheMap) {
