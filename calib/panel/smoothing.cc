@@ -22,7 +22,7 @@ constexpr double kGreatestLogOdds = 16;
 constexpr double kUnbentPanel = 0.1;
 
 /// The prior of a share, u^(-1/2) (1 - u)^(-3/4), and its integral B(1/2, 1/4).
-constexpr double kTail = 0.25;
+constexpr double kShareTail = 0.25;
 constexpr double kWholePrior = 5.244115108584;
 
 /// More than any mixture asks for: 20 / (e ln 20) = 2.46 of one part that has all the variance.
@@ -65,7 +65,7 @@ Smoothing weigh_strengths(const Eigen::VectorXd& z, const Eigen::VectorXd& d) {
     const double u = odds / (1 + odds);
     const double s = k == 0 ? 0 : strength_of_share(u, d);
     const Eigen::ArrayXd variance = 1 + s * d.array();
-    const double density = std::sqrt(u) * std::pow(1 - u, kTail) / kWholePrior;  // of log odds
+    const double density = std::sqrt(u) * std::pow(1 - u, kShareTail) / kWholePrior;  // of log odds
     const double prior = k == 0 ? kUnbentPanel : (1 - kUnbentPanel) * kStep * density;
     out.strength[k] = s;
     out.shrinkage.col(k) = (s * d.array() / variance).matrix();

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cstddef>
 
 namespace panelcal {
@@ -55,6 +56,18 @@ bool is_obeyed(std::string_view command) {
   constexpr std::array<std::string_view, 4> kModes = {"CAMA", "NOCAMA", "FA", "NOFA"};
   return command.starts_with("FV") || contains(kModes, command) || command.starts_with("FAX") ||
          command.starts_with("FAY");
+}
+
+bool is_initial(std::string_view command) {
+  constexpr std::string_view kRoughness = "NIB";
+  constexpr double kInitialRoughness_mm = 0.013;
+  if (command == "NONIBO") return true;
+  if (!command.starts_with(kRoughness)) return false;
+  const std::string_view number = command.substr(kRoughness.size());
+  double value = 0;
+  const auto read = std::from_chars(number.data(), number.data() + number.size(), value);
+  return read.ec == std::errc() && read.ptr == number.data() + number.size() &&
+         value == kInitialRoughness_mm;
 }
 
 }  // namespace panelcal

@@ -23,4 +23,8 @@ bool decides_places(std::string_view key);
 /// Of SIEB & MEYER's M49: what the walk has obeyed, or the writer states itself.
 bool is_obeyed(std::string_view command);
 
+/// True for a CNC command (M49, without it) that states what a control begins with: how slots are
+/// nibbled.
+bool is_initial(std::string_view command);
+
 }  // namespace panelcal

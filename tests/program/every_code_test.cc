@@ -152,22 +152,23 @@ void see_tools(Collector& collector) {
 }
 
 void see_motion(Collector& collector) {
-  for (const char* body : {"G00X0.Y0.\nG01X1.\n",
-                           "G00X0.Y0.\nM15\nT2\n",
-                           "G00X0.Y0.\nM15\nG02X1.\n",
-                           "G00X0.Y0.\nM15\nG02X1.A.1\nM17\n",
-                           "X0.Y0.G84X1.\n",
-                           "G82\nG05\n",
-                           "P2X1.\n",
-                           "M99,GONE\nX0.Y0.\n",
-                           "M99,SELF\nX0.Y0.\n",
-                           "M60\n",
-                           "G41\nG00X0.Y0.\n",
-                           "T1\nG00X0.Y0.\nG41\nM15\nG01X1.\nM17\n",
-                           "G00X0.Y0.\nT0102\nG41\nM15\nG01X1.\nM17\n",
-                           "G00X0.Y0.\nM25\nM15\nG01X1.\nF02\nM17\nM01\nM02X9.\nM08\n",
-                           "G82X1.Y1.\nX1.Y1.\nX4.Y3.\n",
-                           "M47,ABCDEFGHIJKLMNOPQRSTU\n"}) {
+  for (const char* body :
+       {"G00X0.Y0.\nG01X1.\n",
+        "G00X0.Y0.\nM15\nT2\n",
+        "G00X0.Y0.\nM15\nG02X1.\n",
+        "G00X0.Y0.\nM15\nG02X1.A.1\nM17\n",
+        "X0.Y0.G84X1.\n",
+        "G82\nG05\n",
+        "P2X1.\n",
+        "M99,GONE\nX0.Y0.\n",
+        "M99,SELF\nX0.Y0.\n",
+        "M60\n",
+        "G41\nG00X0.Y0.\n",
+        "T1\nG00X0.Y0.\nG41\nM15\nG01X1.\nM17\n",
+        "G00X0.Y0.\nT0102\nG41\nM15\nG01X1.\nM17\n",
+        "G00X0.Y0.\nM25\nG00X1.Y0.\nM15\nG01X2.\nX3.F02\nM17\nM01\nM02X9.\nM08\n",
+        "G82X1.Y1.\nX1.Y1.\nX4.Y3.\n",
+        "M47,ABCDEFGHIJKLMNOPQRSTU\n"}) {
     collector.see_body(body);
   }
 }

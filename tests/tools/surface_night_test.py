@@ -22,7 +22,7 @@ SURFACE = """
 [nightly.surface]
 file = "table.json"
 low_mm = [100, 50]
-high_mm = [300, 250]
+high_mm = [295, 250]
 columns = 6
 rows = 5
 

@@ -107,7 +107,7 @@ std::vector<float> flat_part(const RimWindow& window, const RimResiduals& residu
 }
 
 /// Of the products of all pairs that far apart.
-double sum_at_lag(const std::vector<float>& part, std::ptrdiff_t lag) {
+double flat_sum_at_lag(const std::vector<float>& part, std::ptrdiff_t lag) {
   const auto count = static_cast<std::ptrdiff_t>(part.size()) - lag;
   return count > 0 ? sum_of_products(part.data(), part.data() + lag, count) : 0;
 }
@@ -118,7 +118,7 @@ bool is_correlated(const std::vector<float>& part, int width, double n, double v
   double statistic = 0;
   for (const auto& [dx, dy] : kLags) {
     const std::ptrdiff_t offset = static_cast<std::ptrdiff_t>(dy) * width + dx;
-    const double rho = sum_at_lag(part, offset) / (n * variance);
+    const double rho = flat_sum_at_lag(part, offset) / (n * variance);
     statistic += n * rho * rho;
   }
   // Chi square of 8 degrees of freedom: beyond 45 by chance once in 3 million.
@@ -151,7 +151,7 @@ RimNoiseEstimate estimate_noise(const RimWindow& window,
     // A smooth texture's autocovariance goes on to lag 0 as a parabola; the rest is white.
     const auto mean_at = [&](int lag) {
       const std::ptrdiff_t down = static_cast<std::ptrdiff_t>(lag) * residuals.width;
-      return (sum_at_lag(part, lag) + sum_at_lag(part, down)) / (2 * n);
+      return (flat_sum_at_lag(part, lag) + flat_sum_at_lag(part, down)) / (2 * n);
     };
     const double texture = (4 * mean_at(1) - mean_at(2)) / 3;
     result.white = std::sqrt(std::clamp(variance - texture, least * least, variance));

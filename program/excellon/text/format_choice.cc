@@ -9,8 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "program/excellon/text/lexer.h"
 #include "program/excellon/text/number_census.h"
 #include "program/excellon/text/stated_format.h"
+#include "program/text/gaps.h"
 #include "program/text/source_text.h"
 #include "program/walk/reporter.h"
 #include <fmt/format.h>
@@ -219,8 +221,15 @@ class FormatChooser {
   /// are, and of another part they are other evidence.
   bool is_cut_off() const {
     if (!program_.reading.accepts_unterminated) return false;
-    const std::string_view last = last_line(program_.text).text;
-    return !last.starts_with("M30") && !last.starts_with("M00");
+    std::string_view last;
+    for (LineCursor cursor(program_.text); !cursor.at_end();) {
+      const SourceLine line = cursor.next();
+      if (kind_of(line.text) != LineKind::Empty) last = trimmed(line.text);
+    }
+    const auto has_end = [&](std::string_view end) {
+      return last.starts_with(end) || last.ends_with(end);
+    };
+    return !has_end("M30") && !has_end("M00");
   }
 
   FormatChoice refuse_evidence(const std::string& what) {

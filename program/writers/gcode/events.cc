@@ -146,7 +146,10 @@ void GcodeWriter::write(const Setting& setting) {
   if (info().dialect == Dialect::SiebMeyer) {
     constexpr std::string_view kCommand = "M49,";
     const bool is_command = setting.text.starts_with(kCommand);
-    if (is_command && is_obeyed(setting.text.substr(kCommand.size()))) return;
+    if (is_command) {
+      const std::string_view command = std::string_view(setting.text).substr(kCommand.size());
+      if (is_obeyed(command) || is_initial(command)) return;
+    }
     return lose(quoted(setting.text));
   }
   const std::string_view key = setting_key(setting.text);

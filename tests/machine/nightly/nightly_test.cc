@@ -384,7 +384,7 @@ TEST_F(NightlyTest, AClockThatWasAheadHoldsUntilAPersonHasLooked) {
   EXPECT_EQ(record.steps[0].state, NightState::Held);
   EXPECT_FALSE(record.steps[0].forecast);
   EXPECT_FALSE(record.may_drill);
-  EXPECT_THAT(record.verdict, HasSubstr("check the clock"));
+  EXPECT_THAT(record.verdict, HasSubstr("set the clock if it is wrong"));
   EXPECT_EQ(calibration_.n_measured, n_measured);
   EXPECT_EQ(in_force(), before);
   fresh_start();

@@ -304,23 +304,6 @@ TEST(ProgramEnd, MayBeMissingIfThatIsAcceptedAndTheLastLineIsComplete) {
   EXPECT_EQ(accepting("T1\nX1.Y1.\nM0"), Lines{"p.exc:8: error[end-missing]"});
 }
 
-TEST(ProgramEnd, MissingLeavesNumbersWithoutEvidenceOfTheirFormat) {
-  // As a whole trailing zeros, for 90 inch are beyond any panel. Of the first holes alone,
-  // leading ones.
-  const std::string whole =
-      "M48\nINCH\nT1C0.04F100\n%\nT1\nX10Y10\nX30Y20\nX50Y10\nX90Y10\nX12345Y10000\nX20Y15\nM30\n";
-  const ReadOptions accepting_any{.accepts_unterminated = true};
-  const ProgramRun run = run_program(whole, {}, accepting_any);
-  EXPECT_EQ(run.diagnostics, Lines{"p.exc:6:1: warning[format-assumed]"});
-  EXPECT_EQ(run.holes().size(), 6U);
-  for (const char* last : {"X30Y20\n", "X90Y10\n", "X12345Y10000\n", "X20Y15\n"}) {
-    const std::string cut = whole.substr(0, whole.find(last) + std::string_view(last).size());
-    const ProgramRun part = run_program(cut, {}, accepting_any);
-    EXPECT_THAT(part.diagnostics, testing::Contains("p.exc:6:1: error[format-ambiguous]")) << cut;
-    EXPECT_TRUE(part.holes().empty()) << cut;
-  }
-}
-
 TEST(ProgramEnd, IsNotAcceptedInsideWhatIsOpen) {
   EXPECT_EQ(run_program("", {}, {.accepts_unterminated = true}).diagnostics,
             Lines{"p.exc:1: error[end-missing]"});

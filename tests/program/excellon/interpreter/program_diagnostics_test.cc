@@ -83,7 +83,7 @@ TEST(ProgramDiagnostics, UnitAndZerosInTheBody) {
 /// is no harm done": so it is where the body has stated it, or the header with digits.
 TEST(ProgramDiagnostics, UnitAndZerosStatedAgain) {
   const auto run =
-      run_program("T1\nMETRIC,TZ\nX1000Y2000\nMETRIC,TZ\nM25\nMETRIC\nX3000\nM01\nM08\nM30\n");
+      run_program("T1\nMETRIC,TZ\nX1000Y2000\nMETRIC,TZ\nM25\nMETRIC\nX3000Y2000\nM01\nM08\nM30\n");
   EXPECT_EQ(run.diagnostics, Texts{"p.exc:2:1: warning[header-word-in-body]"});
   ASSERT_EQ(run.holes().size(), 2U);
   EXPECT_EQ(run.holes().back().nominal_mm(), Eigen::Vector2d(3, 2));

@@ -40,6 +40,23 @@ using Lines = std::vector<std::string>;
 
 // --- what cannot be decided ----------------------------------------------------------------------
 
+/// As a whole trailing zeros, for 90 inch are beyond any panel. Of the first holes alone, leading
+/// ones. What comes behind the end is a comment.
+TEST(FormatChoice, RefusesToLetNumbersDecideWhereTheEndIsMissing) {
+  const std::string whole =
+      "M48\nINCH\nT1C0.04F100\n%\nT1\nX10Y10\nX30Y20\nX50Y10\nX90Y10\nX12345Y10000\nX20Y15\nM30\n";
+  const ReadOptions accepting{.accepts_unterminated = true};
+  for (const std::string& text : {whole, whole + ";LEADER\n\n"}) {
+    EXPECT_EQ(read(text, accepting).diagnostics, Lines{"p.exc:6:1: warning[format-assumed]"});
+  }
+  for (const std::string last : {"X30Y20\n", "X90Y10\n", "X12345Y10000\n", "X20Y15\n"}) {
+    const std::string cut = whole.substr(0, whole.find(last) + last.size());
+    const Read out = read(cut, accepting);
+    EXPECT_EQ(out.diagnostics, Lines{"p.exc:6:1: error[format-ambiguous]"}) << cut;
+    EXPECT_TRUE(out.header.is_refused) << cut;
+  }
+}
+
 TEST(FormatChoice, RefusesWhatCanBeMeantInInchAndInMetric) {
   const Read out = read("T1\nX01Y02\nX03Y04\nM30\n");
   EXPECT_EQ(out.diagnostics, Lines{"p.exc:2:1: error[format-ambiguous]"});
