@@ -22,8 +22,8 @@ using Verdict = FittedCandidate::Verdict;
 constexpr double kMinRadiusPx = 3;
 /// With less of the rim there is no telling an arc from chance.
 constexpr double kLeastArc = 0.3;
-/// With less of the rim another circle may have as much, however the parts are spread.
-constexpr double kMajorityOfRim = 0.5;
+/// With less of the rim another circle or a diamond may have as much, however it is spread.
+constexpr double kMajorityOfRim = 0.6;
 /// Noise alone makes ovals of fewer sigmas.
 constexpr double kOvalSigmas = 3.5;
 constexpr int kOutlineNodes = 72;
