@@ -8,6 +8,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdint>
+#include <ctime>
 #include <string>
 
 #include <poll.h>
@@ -19,10 +20,17 @@ namespace {
 
 std::atomic<int> seen_signal = 0;
 std::atomic<int> event_fd = -1;
+/// When that came; 0: not yet.
+std::atomic<std::int64_t> first_ms = 0;
+/// `timeout` and terminals may signal a process and then its group: that is one signal, and the
+/// stage has this time at least to halt by itself.
+constexpr std::int64_t kOneSignal_ms = 500;
 /// 0 where there is none. A program that finds no place here is halted all the same, but not by a
 /// second signal: no machine moves as many at once.
 std::array<std::atomic<pid_t>, 16> halted_groups{};
-static_assert(std::atomic<int>::is_always_lock_free && std::atomic<pid_t>::is_always_lock_free,
+static_assert(std::atomic<int>::is_always_lock_free &&
+                  std::atomic<std::int64_t>::is_always_lock_free &&
+                  std::atomic<pid_t>::is_always_lock_free,
               "a signal handler may not wait");
 
 /// True if there was one.
@@ -48,9 +56,22 @@ extern "C" void end_all_at_once(int signal) {
   end_by(signal);
 }
 
+std::int64_t monotonic_ms() {
+  timespec now{};
+  ::clock_gettime(CLOCK_MONOTONIC, &now);
+  return 1000 * std::int64_t{now.tv_sec} + now.tv_nsec / 1'000'000;
+}
+
 extern "C" void note_interruption(int signal) {
   const int error = errno;
-  if (seen_signal.exchange(signal) != 0 && !end_halted_groups()) end_by(signal);
+  const std::int64_t now_ms = monotonic_ms();
+  std::int64_t none = 0;
+  if (first_ms.compare_exchange_strong(none, now_ms)) {
+    seen_signal = signal;
+  } else if (now_ms - first_ms >= kOneSignal_ms) {
+    seen_signal = signal;
+    if (!end_halted_groups()) end_by(signal);
+  }
   const std::uint64_t one = 1;
   // It cannot fail before 2^64 signals, and nothing could be done about it here.
   [[maybe_unused]] const ssize_t n = ::write(event_fd, &one, sizeof one);

@@ -16,7 +16,6 @@ namespace {
 /// Diameter or side of the smallest mark that vision/round and vision/polygon measure.
 constexpr double kLeastMark_px = 6;
 /// With one target left, an offset has no equation to spare.
-constexpr int kLeastLeft = 2;
 
 /// Size of the pictures of one calibration.
 struct FieldOfView {
@@ -121,29 +120,10 @@ void check_model(const MachineConfig& config, const StatedKeys& keys, Diagnostic
                        kLeastSmoothTargets,
                        kMostSmoothTargets));
   }
-  const auto model = config.walk.model;
-  if ((model == PanelModel::Stretch || model == PanelModel::Affine) && n < 3) {
-    refuse(name(*model), "series of 3 targets or more, or another model");
+  // `stretch` is at most that: a series of two is rigid.
+  if (config.walk.model == PanelModel::Affine && n < 3) {
+    refuse(name(PanelModel::Affine), "series of 3 targets or more, or another model");
   }
-}
-
-void check_dropped(int max_dropped,
-                   std::size_t n_targets,
-                   std::string_view key,
-                   const std::string& series,
-                   const StatedKeys& keys,
-                   DiagnosticLog& log) {
-  const int n_most = std::max(0, static_cast<int>(n_targets) - kLeastLeft);
-  if (max_dropped <= n_most || !keys.has(key)) return;
-  log.add({Code::ConfigValue,
-           keys.place(key),
-           fmt::format("max_dropped in [{}] is {}, and {}: a fit needs {} targets or more to leave "
-                       "one out",
-                       key.substr(0, key.rfind('.')),
-                       max_dropped,
-                       series,
-                       kLeastLeft + 1),
-           fmt::format("at most {}", n_most)});
 }
 
 }  // namespace
@@ -161,36 +141,6 @@ void check_vision_rules(const MachineConfig& config, const StatedKeys& keys, Dia
 void check_stated_series(const MachineConfig& config, const StatedKeys& keys, DiagnosticLog& log) {
   if (!keys.has("vision.rotate")) return;
   check_model(config, keys, log);
-  const int n = config.walk.series_size;
-  check_dropped(config.walk.base_limits.max_dropped,
-                static_cast<std::size_t>(n),
-                "gates.max_dropped",
-                fmt::format("rotate in [vision] makes series of {}", amount(n, "target")),
-                keys,
-                log);
-}
-
-void check_dropped_targets(const MachineConfig& config,
-                           const StatedKeys& keys,
-                           const Survey& nominal,
-                           DiagnosticLog& log) {
-  for (const CorrectionLevel level : {CorrectionLevel::Base, CorrectionLevel::Nested}) {
-    std::size_t n_largest = 0;
-    for (const SeriesResult& series : nominal.series) {
-      if (series.level == level) n_largest = std::max(n_largest, series.points.size());
-    }
-    if (n_largest == 0) continue;
-    const bool is_base = level == CorrectionLevel::Base;
-    check_dropped(
-        is_base ? config.walk.base_limits.max_dropped : config.walk.nested_limits.max_dropped,
-        n_largest,
-        is_base ? "gates.max_dropped" : "gates.nested.max_dropped",
-        fmt::format("the program's largest {} series has {}",
-                    is_base ? "base" : "nested",
-                    amount(static_cast<int>(n_largest), "target")),
-        keys,
-        log);
-  }
 }
 
 }  // namespace panelcal

@@ -58,11 +58,11 @@ bool is_obeyed(std::string_view command) {
          command.starts_with("FAY");
 }
 
-bool is_initial(std::string_view command) {
+bool is_initial(std::string_view command, LengthUnit unit) {
   constexpr std::string_view kRoughness = "NIB";
   constexpr double kInitialRoughness_mm = 0.013;
   if (command == "NONIBO") return true;
-  if (!command.starts_with(kRoughness)) return false;
+  if (!command.starts_with(kRoughness) || unit != LengthUnit::Millimeter) return false;
   const std::string_view number = command.substr(kRoughness.size());
   double value = 0;
   const auto read = std::from_chars(number.data(), number.data() + number.size(), value);

@@ -3,6 +3,8 @@
 
 #include <string_view>
 
+#include "program/text/number_format.h"
+
 namespace panelcal {
 
 // Facts for writers of another language about settings, which are passed on as written.
@@ -25,6 +27,8 @@ bool is_obeyed(std::string_view command);
 
 /// True for a CNC command (M49, without it) that states what a control begins with: how slots are
 /// nibbled.
-bool is_initial(std::string_view command);
+///
+/// In     unit: of its numbers
+bool is_initial(std::string_view command, LengthUnit unit);
 
 }  // namespace panelcal

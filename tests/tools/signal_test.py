@@ -27,6 +27,8 @@ signal.signal(signal.SIGHUP, signal.SIG_IGN)
 (here / "moves").write_text("")
 time.sleep(60)
 """
+# A machine that takes some time to come to rest.
+SLOW = STAGE.replace("def halt(number, frame):\n", "def halt(number, frame):\n    time.sleep(0.4)\n")
 # A shell neither passes signals on nor waits for what it runs once it is ended.
 WRAPPER = """#!/bin/sh
 ./stage.py "$@"
@@ -92,13 +94,28 @@ def check_stubborn(command, folder, second):
     assert is_alive(stage)
     child.send_signal(signal.SIGTERM)
     if second:
-        time.sleep(0.2)
+        time.sleep(0.7)
         child.send_signal(second)
     _, error = child.communicate(timeout=PATIENCE_S)
     assert not is_alive(stage), f"the stage moves on: {error}"
     number = signal.SIGTERM if second != signal.SIGINT else signal.SIGINT
     assert child.returncode == 128 + number, (child.returncode, error)
     assert "error[interrupted]" in error, error
+
+
+def check_relayed(command, folder):
+    """Two signals at once are one, as `timeout` sends them: the stage has its time to halt."""
+    for name in ("moves", "halted"):
+        (folder / name).unlink(missing_ok=True)
+    child = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                             text=True)
+    wait_for(folder / "moves", child)
+    child.send_signal(signal.SIGTERM)
+    time.sleep(0.02)
+    child.send_signal(signal.SIGTERM)
+    _, error = child.communicate(timeout=PATIENCE_S)
+    assert child.returncode == 128 + signal.SIGTERM, (child.returncode, error)
+    assert (folder / "halted").exists(), f"the stage was killed before it had halted: {error}"
 
 
 def check_time_limit(panelcal, folder):
@@ -121,6 +138,8 @@ def check_wrapper(panelcal, command, folder):
     for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
         code, error = interrupted(command, folder, number)
         assert code == 128 + number, f"exit {code} after {number.name}: {error}"
+    write_stage(folder, WRAPPER, SLOW)
+    check_relayed(command, folder)
     write_stage(folder, WRAPPER, STUBBORN)
     for second in (None, signal.SIGTERM, signal.SIGINT):
         check_stubborn(command, folder, second)

@@ -145,7 +145,6 @@ ExitCode run_command(const CheckOptions& options, CommandContext& context) {
     if (program) survey = check_job(*program, walk, passing, log);
     if (program && !options.machine.empty()) {
       check_targets(config, *program, survey, log);
-      check_dropped_targets(config, keys, survey, of_machine);
     }
     for (const Diagnostic& diagnostic : of_machine.kept()) log.add(diagnostic);
     context.console.print(log);

@@ -79,7 +79,7 @@ void ExcellonWriter::put_foreign_setting(const Setting& setting) {
     const std::string_view command = setting.text.substr(kCommand.size());
     // The walk has obeyed them, or the header states them.
     if (command.starts_with("FV") || command == "CAMA" || command == "NOCAMA") return;
-    if (is_initial(command)) return;
+    if (is_initial(command, setting.unit)) return;
   }
   lose(quoted(setting.text));
 }

@@ -148,7 +148,7 @@ void GcodeWriter::write(const Setting& setting) {
     const bool is_command = setting.text.starts_with(kCommand);
     if (is_command) {
       const std::string_view command = std::string_view(setting.text).substr(kCommand.size());
-      if (is_obeyed(command) || is_initial(command)) return;
+      if (is_obeyed(command) || is_initial(command, setting.unit)) return;
     }
     return lose(quoted(setting.text));
   }
