@@ -8,9 +8,9 @@
 namespace panelcal {
 
 /// From here on SIGINT, SIGTERM and SIGHUP only ask this process to end: the program that moves
-/// something is halted first, and files and devices are closed. A second signal ends (SIGKILL) the
-/// programs that are still being halted, whereupon this process ends as after the first; without
-/// such programs it ends this process at once. SIGQUIT ends both at once.
+/// something is halted first, and files and devices are closed. A signal half a second later or
+/// more ends (SIGKILL) the programs that are still being halted, whereupon this process ends as
+/// after the first; without such programs it ends this process at once. SIGQUIT ends both at once.
 void heed_interruptions();
 
 /// The number of the signal that asked to end; 0 while none did.

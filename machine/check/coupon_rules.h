@@ -9,8 +9,8 @@ namespace panelcal {
 
 /// Holds [coupon] and what nights do beside it against each other:
 ///
-///   pitch_mm                   larger than the hole that the vision tool describes, or holes
-///   overlap [nightly.gates] min_holes  at most the columns * rows_per_run holes of a night
+///   pitch_mm                   larger than the hole that the vision tool describes
+///   [nightly.gates] min_holes  at most the columns * rows_per_run holes of a night
 ///   [nightly] mark_mm          outside of the coupon's rows, which are drilled
 ///   [nightly.surface]          its rectangle does not cover rows of the coupon
 ///

@@ -384,9 +384,10 @@ Expected<void> foresee(const NightContext& context,
   const bool is_done = history.tonight && !context.job.is_again;
   step.summary = is_done ? "this night has done it already: nothing would be measured"
                          : "would be measured, judged and, if every gate passes, installed";
-  if (history.ahead)
+  if (history.ahead) {
     step.summary = "would not be measured: " +
                    ahead_text(history, calibration.key(), context.job.config.ledger_file);
+  }
   if (!context.no_measuring.empty()) {
     step.summary = "would not be measured: " + context.no_measuring;
   }

@@ -58,12 +58,12 @@ inline bool has_bare_length(std::string_view setting) {
   return has_length(setting) && has_bare_number(lengths_of(setting));
 }
 
-/// The setting with a decimal point in each of its lengths, so that no digits decide on them.
+/// The setting with each number among its lengths as `rewrite` has it.
 ///
-/// In     format: that of its numbers
-/// Fails  absent: the format cannot read one of them
-inline std::optional<std::string> with_points(std::string_view setting,
-                                              const NumberFormat& format) {
+/// In     rewrite: a number as written to its new text; absent: it cannot be rewritten
+/// Fails  absent: one of the numbers cannot
+template <class Rewrite>
+std::optional<std::string> with_lengths(std::string_view setting, Rewrite&& rewrite) {
   constexpr std::string_view kNumber = ".0123456789";
   std::string_view rest = lengths_of(setting);
   std::string text(setting.substr(0, setting.size() - rest.size()));
@@ -73,18 +73,28 @@ inline std::optional<std::string> with_points(std::string_view setting,
     rest.remove_prefix(n_other);
     const std::string_view number = rest.substr(0, rest.find_first_not_of(kNumber));
     rest.remove_prefix(number.size());
-    if (!is_bare(number)) {
-      text += number;
-      continue;
-    }
+    const std::optional<std::string> rewritten = rewrite(number);
+    if (!rewritten) return std::nullopt;
+    text += *rewritten;
+  }
+  return text;
+}
+
+/// The setting with a decimal point in each of its lengths, so that no digits decide on them.
+///
+/// In     format: that of its numbers
+/// Fails  absent: the format cannot read one of them
+inline std::optional<std::string> with_points(std::string_view setting,
+                                              const NumberFormat& format) {
+  return with_lengths(setting, [&](std::string_view number) -> std::optional<std::string> {
+    if (!is_bare(number)) return std::string(number);
     const ParsedLength parsed = parse_length(number, format);
     if (parsed.fault != NumberFault::None) return std::nullopt;
     // Six digits behind the point are the most of any format.
     std::string pointed = fmt::format("{:.6f}", parsed.value / format.one_unit());
     pointed.resize(std::max(pointed.find_last_not_of('0') + 1, pointed.find('.') + 2));
-    text += pointed;
-  }
-  return text;
+    return pointed;
+  });
 }
 
 /// True if a number of the text has more decimals than that.
@@ -101,23 +111,15 @@ inline bool has_more_decimals(std::string_view text, int n_decimals) {
 ///
 /// In     setting: Excellon's, with a decimal point in each length that has decimals
 inline std::string with_decimals(std::string_view setting, int n_decimals) {
-  constexpr std::string_view kNumber = ".0123456789";
-  std::string_view rest = lengths_of(setting);
   const bool is_length = has_length(setting) || setting.starts_with("CP,");
-  if (!is_length || !has_more_decimals(rest, n_decimals)) return std::string(setting);
-  std::string text(setting.substr(0, setting.size() - rest.size()));
-  while (!rest.empty()) {
-    const auto n_other = std::min(rest.find_first_of(kNumber), rest.size());
-    text += rest.substr(0, n_other);
-    rest.remove_prefix(n_other);
-    const std::string_view number = rest.substr(0, rest.find_first_not_of(kNumber));
-    rest.remove_prefix(number.size());
+  if (!is_length) return std::string(setting);
+  const auto rounded = [&](std::string_view number) -> std::optional<std::string> {
+    if (!has_more_decimals(number, n_decimals)) return std::string(number);
     double value = 0;
     std::from_chars(number.data(), number.data() + number.size(), value, std::chars_format::fixed);
-    text += has_more_decimals(number, n_decimals) ? fmt::format("{:.{}f}", value, n_decimals)
-                                                  : std::string(number);
-  }
-  return text;
+    return fmt::format("{:.{}f}", value, n_decimals);
+  };
+  return *with_lengths(setting, rounded);
 }
 
 }  // namespace panelcal

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstddef>
+
+#include "program/sieb_meyer/figures/drill_patterns.h"
+#include "program/sieb_meyer/text/cnc_commands.h"
 
 namespace panelcal {
 namespace {
@@ -60,14 +62,10 @@ bool is_obeyed(std::string_view command) {
 
 bool is_initial(std::string_view command, LengthUnit unit) {
   constexpr std::string_view kRoughness = "NIB";
-  constexpr double kInitialRoughness_mm = 0.013;
   if (command == "NONIBO") return true;
   if (!command.starts_with(kRoughness) || unit != LengthUnit::Millimeter) return false;
-  const std::string_view number = command.substr(kRoughness.size());
-  double value = 0;
-  const auto read = std::from_chars(number.data(), number.data() + number.size(), value);
-  return read.ec == std::errc() && read.ptr == number.data() + number.size() &&
-         value == kInitialRoughness_mm;
+  return sieb_meyer::read_plain_number(command.substr(kRoughness.size())) ==
+         sieb_meyer::Nibbling{}.roughness_mm;
 }
 
 }  // namespace panelcal

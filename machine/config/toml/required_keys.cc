@@ -128,8 +128,9 @@ Diagnostic with_all_missing_keys(Diagnostic problem,
     if (is_its(one)) one.leave_out_those_of(first);
     if (one.keys.empty()) continue;
     problem.what += "; " + one.text();
-    for (const NeededKey& needed : one.keys)
+    for (const NeededKey& needed : one.keys) {
       problem.expected += fmt::format("; {}", needed.example);
+    }
   }
   return problem;
 }

@@ -145,9 +145,8 @@ void GcodeWriter::write(const Setting& setting) {
   if (setting.kind == SettingKind::Vision) return lose_vision(setting.text);
   if (info().dialect == Dialect::SiebMeyer) {
     constexpr std::string_view kCommand = "M49,";
-    const bool is_command = setting.text.starts_with(kCommand);
-    if (is_command) {
-      const std::string_view command = std::string_view(setting.text).substr(kCommand.size());
+    if (setting.text.starts_with(kCommand)) {
+      const std::string_view command = setting.text.substr(kCommand.size());
       if (is_obeyed(command) || is_initial(command, setting.unit)) return;
     }
     return lose(quoted(setting.text));

@@ -216,8 +216,7 @@ void SiebMeyerWriter::write(const OpticalOrder& order) {
     return refuse(
         fmt::format("{}, whose effect ends with a copy that is written out,", quoted(order.text)),
         "an innermost section without M58, M99, SA, RA and &R in it or round it, whose copies "
-        "begin "
-        "with the same tool, depth and modes");
+        "begin with the same tool, depth and modes");
   }
   up_at_.reset();
   if (!order.target) return line(order.text);
