@@ -11,6 +11,7 @@
 #include "tests/fuzz/excellon_entry.h"
 #include "tests/fuzz/gcode_entry.h"
 #include "tests/fuzz/sieb_meyer_entry.h"
+#include "tests/support/folders.h"
 
 namespace panelcal {
 namespace {
@@ -39,7 +40,7 @@ void expect_no_complaint(const fs::path& folder) {
   }
 }
 
-const fs::path kFuzz = fs::path(PANELCAL_SOURCE_DIR) / "tests" / "fuzz";
+const fs::path kFuzz = test::source_folder() / "tests" / "fuzz";
 
 TEST(FuzzFixed, InputsThatOnceBrokeTheReaderStayFixed) {
   expect_no_complaint(kFuzz / "fixed");

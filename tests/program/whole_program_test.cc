@@ -15,6 +15,7 @@
 
 #include "tests/fuzz/sieb_meyer_entry.h"
 #include "tests/program/prefix_trial.h"
+#include "tests/support/folders.h"
 
 namespace panelcal {
 namespace {
@@ -23,7 +24,7 @@ using test::PrefixTrial;
 using test::WholeFile;
 namespace fs = std::filesystem;
 
-const fs::path kSources = PANELCAL_SOURCE_DIR;
+const fs::path kSources = test::source_folder();
 /// Enough for every byte of what is written by hand.
 constexpr std::size_t kMostPrefixes = 300;
 

@@ -12,6 +12,7 @@
 
 #include "tests/machine/small_panel.h"
 #include "tests/machine/virtual_machine.h"
+#include "tests/support/folders.h"
 #include "tests/support/matchers.h"
 
 namespace panelcal {
@@ -293,7 +294,7 @@ board_rotation_sigma_mrad = 0.1
 noise = 3
 )");
   ASSERT_TRUE(config) << config.error().text();
-  auto source = read_source(std::filesystem::path(PANELCAL_SOURCE_DIR) / "datasets/demo/panel.exc");
+  auto source = read_source(test::source_folder() / "datasets/demo/panel.exc");
   ASSERT_TRUE(source) << source.error().text();
   const auto program = test::program_of(source->bytes);
   auto machine = SimMachine::create(*config, program);

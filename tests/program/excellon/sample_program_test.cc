@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/program/program_run.h"
+#include "tests/support/folders.h"
 #include "tests/support/matchers.h"
 
 namespace panelcal {
@@ -28,11 +29,11 @@ using testing::HasSubstr;
 constexpr double kRounding_inch = 1e-9;
 
 ProgramRun run_sample(const WalkOptions& options = {}) {
-  const auto source = read_source(PANELCAL_SOURCE_DIR "/tests/program/data/sample.exc");
+  const auto source = read_source(test::source_folder() / "tests/program/data/sample.exc");
   EXPECT_TRUE(source);
   if (!source) return {};
   ReadOptions reading;
-  reading.pattern_folders = {PANELCAL_SOURCE_DIR "/tests/program/data"};
+  reading.pattern_folders = {test::source_folder() / "tests/program/data"};
   ProgramRun run = test::run_program(source->bytes, options, reading);
   EXPECT_FALSE(run.has_errors) << testing::PrintToString(run.diagnostics);
   return run;

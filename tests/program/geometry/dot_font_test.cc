@@ -14,6 +14,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/folders.h"
+
 namespace panelcal {
 namespace {
 
@@ -199,7 +201,7 @@ TEST(Glyph, OfEverySetIsDrilledColumnByColumnUpAndDown) {
 }
 
 std::string font_page() {
-  const std::ifstream file(PANELCAL_SOURCE_DIR "/docs/font.md");
+  const std::ifstream file(test::source_folder() / "docs/font.md");
   std::ostringstream page;
   page << file.rdbuf();
   return page.str();

@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/program/program_run.h"
+#include "tests/support/folders.h"
 
 namespace panelcal {
 namespace {
@@ -63,7 +64,7 @@ TEST(Walk, TheSinkLearnsFileAndToolsBeforeAnythingElse) {
 }
 
 TEST(Walk, TheDemoPanelHasTheHolesThatItsOriginStates) {
-  const auto source = read_source(PANELCAL_SOURCE_DIR "/datasets/demo/panel.exc");
+  const auto source = read_source(test::source_folder() / "datasets/demo/panel.exc");
   ASSERT_TRUE(source);
   const test::ProgramRun run = test::run_program(source->bytes);
   EXPECT_TRUE(run.diagnostics.empty()) << run.diagnostics.front();

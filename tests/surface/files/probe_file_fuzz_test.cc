@@ -9,6 +9,7 @@
 
 #include "tests/fuzz/changed_bytes.h"
 #include "tests/fuzz/probe_file_entry.h"
+#include "tests/support/folders.h"
 
 namespace panelcal {
 namespace {
@@ -17,8 +18,7 @@ namespace fs = std::filesystem;
 
 TEST(ProbeFileFuzz, AnyBytesGiveAValueOrADiagnostic) {
   constexpr int kChanged = 2000;
-  const fs::path corpus =
-      fs::path(PANELCAL_SOURCE_DIR) / "tests" / "fuzz" / "corpus" / "probe_file";
+  const fs::path corpus = test::source_folder() / "tests" / "fuzz" / "corpus" / "probe_file";
   Random random(92);
   int n_seeds = 0;
   for (const auto& entry : fs::directory_iterator(corpus)) {

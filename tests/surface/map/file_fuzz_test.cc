@@ -9,6 +9,7 @@
 
 #include "tests/fuzz/changed_bytes.h"
 #include "tests/fuzz/map_file_entry.h"
+#include "tests/support/folders.h"
 
 namespace panelcal {
 namespace {
@@ -17,7 +18,7 @@ namespace fs = std::filesystem;
 
 TEST(MapFileFuzz, AnyBytesGiveAMapOrADiagnostic) {
   constexpr int kChanged = 100;
-  const fs::path corpus = fs::path(PANELCAL_SOURCE_DIR) / "tests" / "fuzz" / "corpus" / "map_file";
+  const fs::path corpus = test::source_folder() / "tests" / "fuzz" / "corpus" / "map_file";
   Random random(93);
   int n_seeds = 0;
   for (const auto& entry : fs::directory_iterator(corpus)) {

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/program/writers/translation/boards.h"
+#include "tests/support/folders.h"
 #include "tests/support/matchers.h"
 
 namespace panelcal {
@@ -358,7 +359,7 @@ TEST(SetTranslation, RefusesOffsetsThatTheControlPutsTogether) {
 /// datasets/demo there and back: six boards whose corrections are fitted at once come back with
 /// the same fits. Targets are looked for where they are nominally.
 TEST(SetTranslation, TheDemoPanelThereAndBack) {
-  const auto source = read_source(PANELCAL_SOURCE_DIR "/datasets/demo/panel.exc");
+  const auto source = read_source(test::source_folder() / "datasets/demo/panel.exc");
   ASSERT_TRUE(source.has_value());
   WalkOptions options;
   options.model = PanelModel::Stretch;

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/program/writers/translation/boards.h"
+#include "tests/support/folders.h"
 #include "tests/support/matchers.h"
 
 namespace panelcal {
@@ -168,7 +169,7 @@ TEST(StoredTranslation, TwoTargetsCannotRepeatTheStretchOfABoard) {
 
 /// datasets/demo: three targets of the panel, three of each of its six boards, seven drills.
 TEST(StoredTranslation, TheDemoPanel) {
-  const auto source = read_source(PANELCAL_SOURCE_DIR "/datasets/demo/panel.exc");
+  const auto source = read_source(test::source_folder() / "datasets/demo/panel.exc");
   ASSERT_TRUE(source.has_value());
   WalkOptions options;
   options.model = PanelModel::Stretch;

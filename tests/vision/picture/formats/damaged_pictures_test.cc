@@ -12,6 +12,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "tests/fuzz/picture_entry.h"
+#include "tests/support/folders.h"
 #include "tests/vision/picture/bytes.h"
 
 namespace panelcal {
@@ -75,7 +76,7 @@ TEST(DamagedPictures, RefusesAPngWithAnyWrongBit) {
 
 TEST(DamagedPictures, FuzzSeedsAndFormerFindingsAreFine) {
   namespace fs = std::filesystem;
-  const fs::path fuzz = fs::path(PANELCAL_SOURCE_DIR) / "tests" / "fuzz";
+  const fs::path fuzz = test::source_folder() / "tests" / "fuzz";
   int n = 0;
   for (const fs::path& folder : {fuzz / "corpus" / "picture", fuzz / "fixed"}) {
     for (const auto& entry : fs::directory_iterator(folder)) {

@@ -15,6 +15,7 @@
 #include <gtest/gtest.h>
 #include <opencv2/imgcodecs.hpp>
 
+#include "tests/support/folders.h"
 #include "tests/vision/picture/bytes.h"
 #include "tests/vision/picture/formats/tiff_file.h"
 
@@ -76,7 +77,7 @@ TEST(Decoder, ReadsEveryKindOfFileThatTheFuzzerBeginsWith) {
   namespace fs = std::filesystem;
   int n = 0;
   for (const auto& entry :
-       fs::directory_iterator(fs::path(PANELCAL_SOURCE_DIR) / "tests/fuzz/corpus/picture")) {
+       fs::directory_iterator(test::source_folder() / "tests/fuzz/corpus/picture")) {
     const std::string bytes = *read_file(entry.path());
     const auto directory = internal::tiff_directory(bytes);
     const bool is_finished =
