@@ -11,7 +11,7 @@
 #include "calib/base/files/atomic_file.h"
 #include "calib/base/json/json_line.h"
 #include "machine/look/picture_locator.h"
-#include "machine/sources/recorded_ranges.h"
+#include "machine/sources/recorded_lines.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -30,20 +30,11 @@ constexpr std::array<std::string_view, 30> kMeasurementKeys = {
 
 constexpr int kMaxMeasurementInt = std::numeric_limits<int>::max();
 constexpr std::int64_t kMaxMeasurementSeq = std::numeric_limits<std::int64_t>::max();
-/// Step and repeat nests at most 64 deep (nesting-too-deep), in the program and again in a stored
-/// pattern; G34 takes at most four tools.
-constexpr std::size_t kMaxMeasurementPath = 128;
+/// Of G34.
 constexpr std::size_t kMaxTools = 4;
-constexpr std::size_t kMaxMeasurementLine = std::size_t{1} << 16;
 constexpr internal::RecordedRange kDeviceSetting{-internal::kMostOfDevice, internal::kMostOfDevice};
 /// Condition for the covariance of a place.
 constexpr std::string_view kCovarianceWords = "xy^2 < xx yy, and sigmas from 1e-9 to 1000 mm";
-/// Recorded and requested nominals come from the same arithmetic; this only forgives printing.
-constexpr double kSameMeasured_mm = 1e-6;
-
-Expected<Eigen::Vector2d> read_measured_point(const JsonLine& line, std::string_view key) {
-  return internal::recorded_place(line, key, kMeasurementCode);
-}
 
 Expected<double> read_measured_number(const JsonLine& line,
                                       std::string_view key,
@@ -52,8 +43,8 @@ Expected<double> read_measured_number(const JsonLine& line,
 }
 
 Expected<void> read_vision_tools(const JsonLine& line, VisionSettings& settings) {
-  PANELCAL_TRY(const auto tool, line.integer("tool", 0, kMaxMeasurementInt, kMeasurementCode));
-  settings.tools = {static_cast<int>(tool)};
+  PANELCAL_TRY(const int tool, internal::recorded_int(line, "tool"));
+  settings.tools = {tool};
   if (!line.has("tools")) return {};
   PANELCAL_TRY(settings.tools,
                line.integers("tools", 0, kMaxMeasurementInt, kMaxTools, kMeasurementCode));
@@ -79,9 +70,7 @@ Expected<void> read_settings(const JsonLine& line, VisionSettings& settings) {
     PANELCAL_TRY(settings.search, line.truth_value("search", kMeasurementCode));
   }
   if (line.has("algorithm")) {
-    PANELCAL_TRY(const auto algorithm,
-                 line.integer("algorithm", 0, kMaxMeasurementInt, kMeasurementCode));
-    settings.algorithm = static_cast<int>(algorithm);
+    PANELCAL_TRY(settings.algorithm, internal::recorded_int(line, "algorithm"));
   }
   if (line.has("search_area")) {
     PANELCAL_TRY(const double radius_mm,
@@ -100,18 +89,9 @@ Expected<void> read_settings(const JsonLine& line, VisionSettings& settings) {
 Expected<MeasurementRequest> read_measurement_request(const JsonLine& line) {
   MeasurementRequest request;
   PANELCAL_TRY(request.seq, line.integer("seq", 0, kMaxMeasurementSeq, kMeasurementCode));
-  PANELCAL_TRY(const auto program_line,
-               line.integer("line", 0, kMaxMeasurementInt, kMeasurementCode));
-  request.line = static_cast<int>(program_line);
-  PANELCAL_CHECK(read_pattern(line, kMeasurementCode, request.file, request.file_sha256));
-  PANELCAL_TRY(request.command, line.text("command", kMeasurementCode));
+  PANELCAL_CHECK(internal::read_origin(line, request));
   PANELCAL_CHECK(read_settings(line, request.settings));
-  PANELCAL_TRY(const Eigen::Vector2d nominal_mm, read_measured_point(line, "nominal"));
-  request.nominal = position_mm<frame::Nominal>(nominal_mm);
-  PANELCAL_TRY(const Eigen::Vector2d expected_mm, read_measured_point(line, "expected"));
-  request.expected = position_mm<frame::Actual>(expected_mm);
-  PANELCAL_TRY(request.path,
-               line.integers("path", 0, kMaxMeasurementInt, kMaxMeasurementPath, kMeasurementCode));
+  PANELCAL_CHECK(internal::read_places(line, request));
   if (line.has("axes")) {
     PANELCAL_TRY(const std::string axes, line.text("axes", kMeasurementCode));
     const std::string_view word = axes;
@@ -123,7 +103,8 @@ Expected<MeasurementRequest> read_measurement_request(const JsonLine& line) {
 }
 
 Expected<PositionEstimate<frame::Actual>> read_measured(const JsonLine& line) {
-  PANELCAL_TRY(const Eigen::Vector2d measured_mm, read_measured_point(line, "measured"));
+  PANELCAL_TRY(const Eigen::Vector2d measured_mm,
+               internal::recorded_place(line, "measured", kMeasurementCode));
   PANELCAL_TRY(const std::vector<double> cov, line.numbers("cov", 3, kMeasurementCode));
   PositionEstimate<frame::Actual> measured{position_mm<frame::Actual>(measured_mm), {}};
   measured.cov << cov[0], cov[1], cov[1], cov[2];
@@ -256,46 +237,19 @@ Expected<Measurement> read_measurement(const JsonLine& line) {
   return measurement;
 }
 
-std::string measured_point_text(const Eigen::Vector2d& p_mm) {
-  return fmt::format("[{}, {}]", p_mm.x(), p_mm.y());
-}
-
-/// In which way a recorded request is another one than the program's; empty if it is the same.
-struct MeasurementDifference {
-  std::string recorded;
-  std::string requested;
-};
-std::optional<MeasurementDifference> measurement_difference(const MeasurementRequest& recorded,
-                                                            const MeasurementRequest& requested) {
-  const auto tool_of = [](const MeasurementRequest& request) {
-    return request.settings.tools.empty() ? 0 : request.settings.tools.front();
-  };
-  const auto differs = [](std::string_view what, const auto& a, const auto& b) {
-    return MeasurementDifference{fmt::format("{} {}", what, a), fmt::format("{} {}", what, b)};
-  };
-  if (recorded.command != requested.command) {
-    return differs("command", quoted(recorded.command), quoted(requested.command));
-  }
-  if (!is_same_pattern(recorded.pattern(), requested.pattern())) {
-    return differs("file", pattern_text(recorded.pattern()), pattern_text(requested.pattern()));
-  }
-  if (recorded.line != requested.line) return differs("line", recorded.line, requested.line);
-  if (tool_of(recorded) != tool_of(requested)) {
-    return differs("vision tool", tool_of(recorded), tool_of(requested));
-  }
-  if (recorded.path != requested.path) {
-    return differs("path",
-                   fmt::format("[{}]", fmt::join(recorded.path, ",")),
-                   fmt::format("[{}]", fmt::join(requested.path, ",")));
-  }
-  const Displacement<frame::Nominal> apart = recorded.nominal - requested.nominal;
-  // Written so that a NaN differs.
-  if (!(apart.in_mm().norm() <= kSameMeasured_mm)) {
-    return differs("nominal",
-                   measured_point_text(recorded.nominal.in_mm()),
-                   measured_point_text(requested.nominal.in_mm()));
-  }
-  return std::nullopt;
+/// Holds a number that counts once against those that were there before.
+Expected<void> check_first(const JsonLine& line,
+                           std::string_view key,
+                           std::int64_t value,
+                           int number,
+                           std::map<std::int64_t, int>& line_of) {
+  const auto [seen, is_new] = line_of.emplace(value, number);
+  if (is_new) return {};
+  const std::string_view kind = key == "seq" ? "seq" : "number";
+  return failure(
+      line.problem(key,
+                   kMeasurementCode,
+                   fmt::format("each {} once; line {} has this one already", kind, seen->second)));
 }
 
 }  // namespace
@@ -304,43 +258,20 @@ Expected<RecordedMeasurements> parse_measurements(std::string_view text, const s
   RecordedMeasurements recorded{file, {}};
   std::map<std::int64_t, int> line_by_seq;
   std::map<std::int64_t, int> line_by_calibration;
-  int number = 0;
-  while (!text.empty()) {
-    ++number;
-    const std::size_t end = text.find('\n');
-    const std::string_view line = text.substr(0, end);
-    text = end == std::string_view::npos ? std::string_view() : text.substr(end + 1);
-    if (line.find_first_not_of(" \t\r") == std::string_view::npos) continue;
-    const Place place{file, number, 1};
-    if (line.size() > kMaxMeasurementLine) {
-      return failure({Code::MeasurementFile,
-                      place,
-                      "the line is too long",
-                      fmt::format("at most {} bytes", kMaxMeasurementLine)});
-    }
-    PANELCAL_TRY(const JsonLine parsed, JsonLine::parse(line, place));
-    if (internal::is_calibration(parsed)) {
-      PANELCAL_TRY(CalibrationAnswer answer, internal::read_calibration(parsed));
-      const auto [seen, is_new] = line_by_calibration.emplace(answer.order.number, number);
-      if (!is_new) {
-        return failure(parsed.problem(
-            "calibration",
-            kMeasurementCode,
-            fmt::format("each number once; line {} has this one already", seen->second)));
-      }
+  const auto take = [&](const JsonLine& line, int number) -> Expected<void> {
+    if (internal::is_calibration(line)) {
+      PANELCAL_TRY(CalibrationAnswer answer, internal::read_calibration(line));
+      PANELCAL_CHECK(
+          check_first(line, "calibration", answer.order.number, number, line_by_calibration));
       recorded.calibrations.push_back({std::move(answer), number});
-      continue;
+      return {};
     }
-    PANELCAL_TRY(Measurement measurement, read_measurement(parsed));
-    const auto [seen, is_new] = line_by_seq.emplace(measurement.request.seq, number);
-    if (!is_new) {
-      return failure(
-          parsed.problem("seq",
-                         kMeasurementCode,
-                         fmt::format("each seq once; line {} has this one already", seen->second)));
-    }
+    PANELCAL_TRY(Measurement measurement, read_measurement(line));
+    PANELCAL_CHECK(check_first(line, "seq", measurement.request.seq, number, line_by_seq));
     recorded.measurements.push_back({std::move(measurement), number});
-  }
+    return {};
+  };
+  PANELCAL_CHECK(internal::read_recorded_lines(text, file, take));
   return recorded;
 }
 
@@ -350,42 +281,16 @@ Expected<RecordedMeasurements> read_measurements(const std::filesystem::path& pa
 }
 
 MeasurementFileSource::MeasurementFileSource(RecordedMeasurements recorded)
-    : recorded_(std::move(recorded)), calibrations_(recorded_.file, recorded_.calibrations) {
-  for (std::size_t i = 0; i < recorded_.measurements.size(); ++i) {
-    by_seq_.emplace(recorded_.measurements[i].measurement.request.seq, Entry{i, false});
-  }
+    : calibrations_(recorded.file, std::move(recorded.calibrations)),
+      answers_(recorded.file, "seq", std::move(recorded.measurements)) {
 }
 
 Expected<Measurement> MeasurementFileSource::measure(const MeasurementRequest& request) {
-  const auto found = by_seq_.find(request.seq);
-  if (found == by_seq_.end()) {
-    return failure({Code::MeasurementMissing,
-                    {recorded_.file, 0, 0},
-                    "seq " + std::to_string(request.seq),
-                    "a measurement for " + describe(request)});
-  }
-  const RecordedMeasurement& recorded = recorded_.measurements[found->second.index];
-  if (const auto differs = measurement_difference(recorded.measurement.request, request)) {
-    return failure({Code::MeasurementMismatch,
-                    {recorded_.file, recorded.line, 1},
-                    fmt::format("seq {} has {}", request.seq, differs->recorded),
-                    differs->requested + ", as the program has it"});
-  }
-  found->second.is_used = true;
-  Measurement measurement = recorded.measurement;
-  measurement.request = request;
-  return measurement;
+  return answers_.answer(request, "a measurement");
 }
 
 Expected<void> MeasurementFileSource::check_all_used() const {
-  for (const RecordedMeasurement& recorded : recorded_.measurements) {
-    const MeasurementRequest& request = recorded.measurement.request;
-    if (by_seq_.at(request.seq).is_used) continue;
-    return failure({Code::MeasurementMismatch,
-                    {recorded_.file, recorded.line, 1},
-                    fmt::format("the program does not ask for {}", describe(request)),
-                    "only what the program asks for"});
-  }
+  PANELCAL_CHECK(answers_.check_all_used());
   return calibrations_.check_all_used();
 }
 

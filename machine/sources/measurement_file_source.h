@@ -2,24 +2,19 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <filesystem>
-#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "calib/base/expected.h"
 #include "machine/calibrate/recorded_calibration.h"
-#include "program/model/measurement.h"
+#include "machine/sources/recorded_answers.h"
 
 namespace panelcal {
 
 /// A measurement as a file has it. The file does not know work zero, so request.work_zero is zero.
-struct RecordedMeasurement {
-  Measurement measurement;
-  int line = 0;  ///< in the file
-};
+using RecordedMeasurement = internal::RecordedAnswers<Measurement>::Entry;
 
 /// The measurements of a run, in the order of the file.
 struct RecordedMeasurements {
@@ -75,14 +70,8 @@ class MeasurementFileSource final : public MeasurementSource {
   Expected<void> finish() override { return check_all_used(); }
 
  private:
-  struct Entry {
-    std::size_t index = 0;
-    bool is_used = false;
-  };
-
-  RecordedMeasurements recorded_;
-  std::map<std::int64_t, Entry> by_seq_;
   internal::CalibrationReplay calibrations_;
+  internal::RecordedAnswers<Measurement> answers_;
 };
 
 }  // namespace panelcal

@@ -7,7 +7,7 @@
 
 #include "calib/base/files/atomic_file.h"
 #include "calib/base/json/json_line.h"
-#include "machine/sources/recorded_ranges.h"
+#include "machine/sources/recorded_lines.h"
 #include "surface/files/formats/probe_keys.h"
 #include <fmt/format.h>
 
@@ -18,16 +18,9 @@ using internal::JsonLine;
 
 constexpr Code kProbeCode = Code::MeasurementFile;
 
-constexpr int kMaxProbeInt = std::numeric_limits<int>::max();
 constexpr std::int64_t kMaxProbeSeq = std::numeric_limits<std::int64_t>::max();
-/// More levels than any nesting limit of a program, subprogram calls counted.
-constexpr std::size_t kMaxProbePath = 128;
 /// More spindles than a machine has.
 constexpr int kMaxAxis = 63;
-constexpr std::size_t kMaxProbeLine = std::size_t{1} << 16;
-
-/// Recorded and requested nominals come from the same arithmetic; this only forgives printing.
-constexpr double kSameProbed_mm = 1e-6;
 
 /// One line: the height of one Z axis, or that nothing was found.
 struct ProbeLine {
@@ -36,35 +29,20 @@ struct ProbeLine {
   std::optional<HeightEstimate> height;
 };
 
-Expected<Eigen::Vector2d> read_probed_point(const JsonLine& line, std::string_view key) {
-  return internal::recorded_place(line, key, kProbeCode);
-}
-
 Expected<Length> read_probed_height(const JsonLine& line, std::string_view key) {
   PANELCAL_TRY(const double height_mm,
                internal::recorded_number(line, key, internal::kRecordedPlace, kProbeCode));
   return mm(height_mm);
 }
 
-Expected<int> read_int(const JsonLine& line, std::string_view key, int high = kMaxProbeInt) {
-  PANELCAL_TRY(const std::int64_t value, line.integer(key, 0, high, kProbeCode));
-  return static_cast<int>(value);
-}
-
 Expected<ProbeRequest> read_probe_request(const JsonLine& line) {
   ProbeRequest request;
   PANELCAL_TRY(request.seq, line.integer("probe", 0, kMaxProbeSeq, kProbeCode));
-  PANELCAL_TRY(request.line, read_int(line, "line"));
-  PANELCAL_CHECK(read_pattern(line, kProbeCode, request.file, request.file_sha256));
-  PANELCAL_TRY(request.command, line.text("command", kProbeCode));
-  PANELCAL_TRY(request.tool, read_int(line, "tool"));
-  PANELCAL_TRY(const Eigen::Vector2d nominal_mm, read_probed_point(line, "nominal"));
-  request.nominal = position_mm<frame::Nominal>(nominal_mm);
-  PANELCAL_TRY(const Eigen::Vector2d expected_mm, read_probed_point(line, "expected"));
-  request.expected = position_mm<frame::Actual>(expected_mm);
-  PANELCAL_TRY(request.path, line.integers("path", 0, kMaxProbeInt, kMaxProbePath, kProbeCode));
+  PANELCAL_CHECK(internal::read_origin(line, request));
+  PANELCAL_TRY(request.tool, internal::recorded_int(line, "tool"));
+  PANELCAL_CHECK(internal::read_places(line, request));
   if (line.has("L")) {
-    PANELCAL_TRY(request.memory, read_int(line, "L"));
+    PANELCAL_TRY(request.memory, internal::recorded_int(line, "L"));
   }
   if (line.has("depth")) {
     PANELCAL_TRY(request.depth, read_probed_height(line, "depth"));
@@ -90,7 +68,7 @@ Expected<ProbeLine> read_line(const JsonLine& line) {
   if (!known) return failure(line.problem("status", kProbeCode, "found or not_found"));
   read.reading.status = *known;
   if (*known == ProbeStatus::Found) {
-    PANELCAL_TRY(read.axis, read_int(line, "zaxis", kMaxAxis));
+    PANELCAL_TRY(read.axis, internal::recorded_int(line, "zaxis", kMaxAxis));
     PANELCAL_TRY(read.height, read_height(line));
   } else {
     for (const std::string_view key : {"zaxis", "height", "sigma"}) {
@@ -128,17 +106,17 @@ class ProbeCollector {
     for (std::size_t i = 0; i < recorded_.probes.size(); ++i) {
       RecordedProbe& probe = recorded_.probes[i];
       for (const auto& [axis, height] : heights_[i]) {
-        const std::size_t next = probe.reading.heights.size();
+        const std::size_t next = probe.answer.heights.size();
         if (static_cast<std::size_t>(axis) != next) {
           return failure(
               wrong_axes(probe,
                          fmt::format("has no zaxis {}", next),
                          fmt::format("every one from 0 to {}", heights_[i].rbegin()->first)));
         }
-        probe.reading.heights.push_back(height);
+        probe.answer.heights.push_back(height);
       }
-      if (probe.reading.status != ProbeStatus::Found) continue;
-      const std::size_t n_axes = probe.reading.heights.size();
+      if (probe.answer.status != ProbeStatus::Found) continue;
+      const std::size_t n_axes = probe.answer.heights.size();
       if (n_axes_ == 0) n_axes_ = n_axes;
       if (n_axes == n_axes_) continue;
       return failure(wrong_axes(
@@ -152,7 +130,7 @@ class ProbeCollector {
                                    const ProbeReading& reading,
                                    const RecordedProbe& first) {
     const bool is_one_of_several =
-        reading.status == ProbeStatus::Found && first.reading.status == ProbeStatus::Found;
+        reading.status == ProbeStatus::Found && first.answer.status == ProbeStatus::Found;
     if (!is_one_of_several) {
       return failure(parsed.problem(
           "probe",
@@ -160,8 +138,8 @@ class ProbeCollector {
           fmt::format("each number once if it is not found; line {} has this one already",
                       first.line)));
     }
-    if (to_json(reading.request) == to_json(first.reading.request) &&
-        reading.reason == first.reading.reason) {
+    if (to_json(reading.request) == to_json(first.answer.request) &&
+        reading.reason == first.answer.reason) {
       return {};
     }
     return failure(parsed.problem(
@@ -173,7 +151,7 @@ class ProbeCollector {
   Diagnostic wrong_axes(const RecordedProbe& probe, std::string_view what, std::string expected) {
     return {kProbeCode,
             {recorded_.file, probe.line, 1},
-            fmt::format("probe {} {}", probe.reading.request.seq, what),
+            fmt::format("probe {} {}", probe.answer.request.seq, what),
             std::move(expected)};
   }
 
@@ -183,65 +161,15 @@ class ProbeCollector {
   std::size_t n_axes_ = 0;
 };
 
-std::string probed_point_text(const Eigen::Vector2d& p_mm) {
-  return fmt::format("[{}, {}]", p_mm.x(), p_mm.y());
-}
-
-/// In which way a recorded request is another one than the program's; empty if it is the same.
-struct ProbeDifference {
-  std::string recorded;
-  std::string requested;
-};
-std::optional<ProbeDifference> probe_difference(const ProbeRequest& recorded,
-                                                const ProbeRequest& requested) {
-  const auto differs = [](std::string_view what, const auto& a, const auto& b) {
-    return ProbeDifference{fmt::format("{} {}", what, a), fmt::format("{} {}", what, b)};
-  };
-  if (recorded.command != requested.command) {
-    return differs("command", quoted(recorded.command), quoted(requested.command));
-  }
-  if (!is_same_pattern(recorded.pattern(), requested.pattern())) {
-    return differs("file", pattern_text(recorded.pattern()), pattern_text(requested.pattern()));
-  }
-  if (recorded.line != requested.line) return differs("line", recorded.line, requested.line);
-  if (recorded.tool != requested.tool) return differs("tool", recorded.tool, requested.tool);
-  if (recorded.path != requested.path) {
-    return differs("path",
-                   fmt::format("[{}]", fmt::join(recorded.path, ",")),
-                   fmt::format("[{}]", fmt::join(requested.path, ",")));
-  }
-  const Displacement<frame::Nominal> apart = recorded.nominal - requested.nominal;
-  // Written so that a NaN differs.
-  if (!(apart.in_mm().norm() <= kSameProbed_mm)) {
-    return differs("nominal",
-                   probed_point_text(recorded.nominal.in_mm()),
-                   probed_point_text(requested.nominal.in_mm()));
-  }
-  return std::nullopt;
-}
-
 }  // namespace
 
 Expected<RecordedProbes> parse_probes(std::string_view text, const std::string& file) {
   ProbeCollector collector(file);
-  int number = 0;
-  while (!text.empty()) {
-    ++number;
-    const std::size_t end = text.find('\n');
-    const std::string_view line = text.substr(0, end);
-    text = end == std::string_view::npos ? std::string_view() : text.substr(end + 1);
-    if (line.find_first_not_of(" \t\r") == std::string_view::npos) continue;
-    const Place place{file, number, 1};
-    if (line.size() > kMaxProbeLine) {
-      return failure({kProbeCode,
-                      place,
-                      "the line is too long",
-                      fmt::format("at most {} bytes", kMaxProbeLine)});
-    }
-    PANELCAL_TRY(const JsonLine parsed, JsonLine::parse(line, place));
-    PANELCAL_TRY(ProbeLine read, read_line(parsed));
-    PANELCAL_CHECK(collector.add(parsed, std::move(read), number));
-  }
+  PANELCAL_CHECK(internal::read_recorded_lines(
+      text, file, [&](const JsonLine& line, int number) -> Expected<void> {
+        PANELCAL_TRY(ProbeLine read, read_line(line));
+        return collector.add(line, std::move(read), number);
+      }));
   return collector.finish();
 }
 
@@ -250,43 +178,12 @@ Expected<RecordedProbes> read_probes(const std::filesystem::path& path) {
   return parse_probes(text, path.string());
 }
 
-ProbeFileSource::ProbeFileSource(RecordedProbes recorded) : recorded_(std::move(recorded)) {
-  for (std::size_t i = 0; i < recorded_.probes.size(); ++i) {
-    by_seq_.emplace(recorded_.probes[i].reading.request.seq, Entry{i, false});
-  }
+ProbeFileSource::ProbeFileSource(RecordedProbes recorded)
+    : answers_(std::move(recorded.file), "probe", std::move(recorded.probes)) {
 }
 
 Expected<ProbeReading> ProbeFileSource::probe(const ProbeRequest& request) {
-  const auto found = by_seq_.find(request.seq);
-  if (found == by_seq_.end()) {
-    return failure({Code::MeasurementMissing,
-                    {recorded_.file, 0, 0},
-                    "there is no probe " + std::to_string(request.seq),
-                    "a reading for " + describe(request)});
-  }
-  const RecordedProbe& recorded = recorded_.probes[found->second.index];
-  if (const auto differs = probe_difference(recorded.reading.request, request)) {
-    return failure({Code::MeasurementMismatch,
-                    {recorded_.file, recorded.line, 1},
-                    fmt::format("probe {} has {}", request.seq, differs->recorded),
-                    differs->requested + ", as the program has it"});
-  }
-  found->second.is_used = true;
-  ProbeReading reading = recorded.reading;
-  reading.request = request;
-  return reading;
-}
-
-Expected<void> ProbeFileSource::check_all_used() const {
-  for (const RecordedProbe& recorded : recorded_.probes) {
-    const ProbeRequest& request = recorded.reading.request;
-    if (by_seq_.at(request.seq).is_used) continue;
-    return failure({Code::MeasurementMismatch,
-                    {recorded_.file, recorded.line, 1},
-                    fmt::format("the program does not ask for {}", describe(request)),
-                    "only what the program asks for"});
-  }
-  return {};
+  return answers_.answer(request, "a reading");
 }
 
 }  // namespace panelcal

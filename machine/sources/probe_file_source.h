@@ -2,23 +2,18 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <filesystem>
-#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "calib/base/expected.h"
-#include "program/walk/probing.h"
+#include "machine/sources/recorded_answers.h"
 
 namespace panelcal {
 
 /// A reading as a file has it. The file does not know work zero, so request.work_zero is zero.
-struct RecordedProbe {
-  ProbeReading reading;
-  int line = 0;  ///< of its first line in the file
-};
+using RecordedProbe = internal::RecordedAnswers<ProbeReading>::Entry;
 
 /// The readings of a run, in the order of their first lines.
 struct RecordedProbes {
@@ -60,17 +55,11 @@ class ProbeFileSource final : public ProbeSource {
   /// After a complete run: fails if the file has a reading that no command asked for.
   ///
   /// Fails  measurement-mismatch, at the first such line
-  Expected<void> check_all_used() const;
+  Expected<void> check_all_used() const { return answers_.check_all_used(); }
   Expected<void> finish() override { return check_all_used(); }
 
  private:
-  struct Entry {
-    std::size_t index = 0;
-    bool is_used = false;
-  };
-
-  RecordedProbes recorded_;
-  std::map<std::int64_t, Entry> by_seq_;
+  internal::RecordedAnswers<ProbeReading> answers_;
 };
 
 }  // namespace panelcal

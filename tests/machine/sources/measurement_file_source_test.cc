@@ -79,7 +79,7 @@ TEST(MeasurementFile, RoundTripsToTheBit) {
     const auto read = parse_measurements(to_json(written) + "\n", "m.jsonl");
     ASSERT_TRUE(read) << read.error().text();
     ASSERT_EQ(read->measurements.size(), 1u);
-    const Measurement& m = read->measurements[0].measurement;
+    const Measurement& m = read->measurements[0].answer;
     EXPECT_EQ(to_json(m), to_json(written));
     for (int k = 0; k < 2; ++k) {
       EXPECT_EQ(bits(m.request.nominal.in_mm()[k]), bits(written.request.nominal.in_mm()[k]));
@@ -108,7 +108,7 @@ TEST(MeasurementFile, RoundTripsEveryOptionalKey) {
   written.scatter = displacement_mm<frame::Actual>(0.001, 0.00025);
   const auto read = parse_measurements(to_json(written), "m.jsonl");
   ASSERT_TRUE(read) << read.error().text();
-  EXPECT_EQ(to_json(read->measurements[0].measurement), to_json(written));
+  EXPECT_EQ(to_json(read->measurements[0].answer), to_json(written));
 }
 
 Measurement with_candidates(Random& random) {
@@ -135,7 +135,7 @@ TEST(MeasurementFile, RoundTripsCandidatesToTheBit) {
     const Measurement written = with_candidates(random);
     const auto read = parse_measurements(to_json(written), "m.jsonl");
     ASSERT_TRUE(read) << read.error().text();
-    const Measurement& m = read->measurements[0].measurement;
+    const Measurement& m = read->measurements[0].answer;
     EXPECT_EQ(to_json(m), to_json(written));
     ASSERT_EQ(m.candidates.size(), 3U);
     EXPECT_TRUE(m.has_choice());
@@ -244,7 +244,7 @@ TEST(MeasurementFile, RefusesLongLines) {
 }
 
 MeasurementRequest request_of(std::string_view line) {
-  return parse_measurements(line, "m.jsonl")->measurements[0].measurement.request;
+  return parse_measurements(line, "m.jsonl")->measurements[0].answer.request;
 }
 
 TEST(MeasurementFileSource, AnswersWithTheProgramsRequest) {
@@ -298,7 +298,7 @@ MeasurementRequest in_pattern(const std::string& path, const std::string& conten
 }
 
 TEST(MeasurementFileSource, ReplaysAStoredPatternFromAnotherFolder) {
-  Measurement written = parse_measurements(kFound, "m.jsonl")->measurements[0].measurement;
+  Measurement written = parse_measurements(kFound, "m.jsonl")->measurements[0].answer;
   written.request = in_pattern("job/PINS", "G46X1.5Y2.0\n");
   const std::string recorded = to_json(written);
   const auto answer = [](const std::string& text, const MeasurementRequest& request) {
@@ -342,7 +342,7 @@ TEST(MeasurementFile, TakesADigestInEitherCase) {
       with("\"line\":7", "\"file\":\"PINS\",\"file_sha256\":\"" + digest + "\",\"line\":7"),
       "m.jsonl");
   ASSERT_TRUE(read) << read.error().text();
-  EXPECT_EQ(read->measurements[0].measurement.request.file_sha256, sha256(""));
+  EXPECT_EQ(read->measurements[0].answer.request.file_sha256, sha256(""));
 }
 
 TEST(MeasurementFile, RefusesADigestWithoutItsFile) {
@@ -369,15 +369,15 @@ TEST(MeasurementFile, HowAPlaceMovesWithTheCameraReadsBackToTheBit) {
     for (double& number : m.by_camera->reshaped()) number = random.normal() * 1e3;
     const auto recorded = parse_measurements(to_json(m), "m.jsonl");
     ASSERT_TRUE(recorded) << recorded.error().text();
-    EXPECT_EQ(recorded->measurements[0].measurement.by_camera, m.by_camera);
+    EXPECT_EQ(recorded->measurements[0].answer.by_camera, m.by_camera);
   }
   const auto recorded = parse_measurements(with(R"("score")", kByCamera), "m.jsonl");
   ASSERT_TRUE(recorded) << recorded.error().text();
-  const auto& by_camera = recorded->measurements[0].measurement.by_camera;
+  const auto& by_camera = recorded->measurements[0].answer.by_camera;
   ASSERT_TRUE(by_camera);
   EXPECT_EQ((*by_camera)(0, 4), 5);
   EXPECT_EQ((*by_camera)(1, 0), 6);
-  EXPECT_FALSE(parse_measurements(kFound, "m.jsonl")->measurements[0].measurement.by_camera);
+  EXPECT_FALSE(parse_measurements(kFound, "m.jsonl")->measurements[0].answer.by_camera);
 }
 
 TEST(MeasurementFile, RefusesACameraThatIsNone) {

@@ -59,12 +59,12 @@ TEST(ProbeFile, PutsTheLinesOfOneProbeTogether) {
   EXPECT_EQ(read->probes[0].line, 1);
   EXPECT_EQ(read->probes[1].line, 3);
   for (const RecordedProbe& probe : read->probes) {
-    ASSERT_EQ(probe.reading.heights.size(), 2u);
-    EXPECT_EQ(probe.reading.heights[0].height, mm(1.61));
-    EXPECT_EQ(probe.reading.heights[1].height, mm(1.72));
-    EXPECT_EQ(probe.reading.heights[1].sigma, mm(0.003));
-    EXPECT_EQ(probe.reading.request.memory, 1);
-    EXPECT_EQ(probe.reading.request.depth, std::nullopt);
+    ASSERT_EQ(probe.answer.heights.size(), 2u);
+    EXPECT_EQ(probe.answer.heights[0].height, mm(1.61));
+    EXPECT_EQ(probe.answer.heights[1].height, mm(1.72));
+    EXPECT_EQ(probe.answer.heights[1].sigma, mm(0.003));
+    EXPECT_EQ(probe.answer.request.memory, 1);
+    EXPECT_EQ(probe.answer.request.depth, std::nullopt);
   }
 }
 
@@ -102,7 +102,7 @@ TEST(ProbeFile, RoundTripsToTheBit) {
   ASSERT_TRUE(read) << read.error().text();
   ASSERT_EQ(read->probes.size(), written.size());
   for (std::size_t i = 0; i < written.size(); ++i) {
-    const ProbeReading& back = read->probes[i].reading;
+    const ProbeReading& back = read->probes[i].answer;
     EXPECT_EQ(to_json(back), to_json(written[i]));
     ASSERT_EQ(back.heights.size(), 3u);
     EXPECT_EQ(bits(back.request.reference), bits(written[i].request.reference));
@@ -114,7 +114,7 @@ TEST(ProbeFile, RoundTripsToTheBit) {
 TEST(ProbeFile, ReadsWhatWasNotFound) {
   const auto read = parse_probes(kMissed, "p.jsonl");
   ASSERT_TRUE(read) << read.error().text();
-  const ProbeReading& missed = read->probes[0].reading;
+  const ProbeReading& missed = read->probes[0].answer;
   EXPECT_EQ(missed.status, ProbeStatus::NotFound);
   EXPECT_TRUE(missed.heights.empty());
   EXPECT_EQ(missed.reason, "no contact");
@@ -161,7 +161,7 @@ TEST(ProbeFile, RefusesAFileThatIsNotThere) {
 }
 
 ProbeRequest request_of(std::string_view line) {
-  return parse_probes(line, "p.jsonl")->probes[0].reading.request;
+  return parse_probes(line, "p.jsonl")->probes[0].answer.request;
 }
 
 TEST(ProbeFileSource, AnswersWithTheProgramsRequest) {
