@@ -186,12 +186,11 @@ Expected<LedgerDraft> trial_draft(const MachineConfig& config,
 std::optional<TrialNumber> trial_number(const LedgerEntry& entry) {
   const auto trial = std::ranges::find(kTrials, entry.record.key.kind, &TrialWords::kind);
   if (trial == kTrials.end()) return std::nullopt;
-  const std::vector<LedgerParameter>& all = entry.record.parameters;
-  const auto found = std::ranges::find(all, trial->parameter, &LedgerParameter::name);
-  const auto& cov = entry.record.covariance;
-  if (found == all.end() || found->unit != trial->unit || !cov) return std::nullopt;
-  const auto i = found - all.begin();
-  return TrialNumber{found->value, std::sqrt((*cov)(i, i))};
+  const std::string_view name = trial->parameter;
+  const auto found = values_of(entry.record, {&name, 1});
+  const auto i = entry.record.find(name);
+  if (!found || entry.record.parameters[*i].unit != trial->unit) return std::nullopt;
+  return TrialNumber{found->value[0], std::sqrt(found->cov(0, 0))};
 }
 
 double trial_tolerance(const NightTrials& trials, TrialKind kind) {

@@ -64,7 +64,7 @@ void fill_old(const NightHistory& history,
   }
 }
 
-void fill_new(const NightValue& found,
+void fill_new(const LedgerValues& found,
               const std::optional<Eigen::VectorXd>& in_force,
               NightStep& step) {
   for (std::size_t i = 0; i < step.axes.size(); ++i) {
@@ -174,8 +174,10 @@ class Step {
   std::string title() const { return step_.kind + " " + step_.subject; }
 
   Expected<void> look_back() {
-    words_ = {
-        context_.job.clock(), context_.job.asked_by, context_.job.software, context_.temperature_c};
+    words_ = {.date = context_.job.clock(),
+              .asked_by = context_.job.asked_by,
+              .software = context_.job.software,
+              .temperature_degC = context_.temperature_c};
     PANELCAL_TRY(history_, read_night_history(ledger_, calibration_, context_.night, words_.date));
     accept_moves_by_hand(history_, context_.nightly.limits.change);
     in_force_ = in_force_of(history_, calibration_);
@@ -331,7 +333,7 @@ class Step {
     record.reason = installs ? "all gates passed" : step_.summary.substr(0, kMaxLedgerTextBytes);
     record.asked_by = words_.asked_by;
     record.software = words_.software;
-    record.temperature_degC = words_.temperature_c;
+    record.temperature_degC = words_.temperature_degC;
     // If another one was installed since, tonight was judged against the wrong one.
     if (installs && history_.in_force) record.replaces = history_.in_force->id;
     if (measurement != nullptr) PANELCAL_CHECK(note_head(ledger_, draft));
@@ -362,7 +364,7 @@ class Step {
   Ledger& ledger_;
   NightStep step_;
   NightHistory history_;
-  NightWords words_;
+  RecordWords words_;
   NightMeasurement measurement_;
   std::optional<Eigen::VectorXd> in_force_;
   DriftPoint point_;

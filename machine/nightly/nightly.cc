@@ -120,8 +120,11 @@ class Night {
 
   NightFiles files() const { return night_files_of(job_.config, job_.nightly); }
 
-  NightWords words() const {
-    return {job_.clock(), job_.asked_by, job_.software, record_.temperature_c};
+  RecordWords words() const {
+    return {.date = job_.clock(),
+            .asked_by = job_.asked_by,
+            .software = job_.software,
+            .temperature_degC = record_.temperature_c};
   }
 
   /// A clock far ahead would leave entries that hold every later night.

@@ -25,12 +25,12 @@ Expected<Displacement<frame::Machine>> offset_of(const LedgerEntry& entry,
   Eigen::Vector2d offset_mm;
   for (int axis = 0; axis < 2; ++axis) {
     const std::string name = axis == 0 ? "offset_x" : "offset_y";
-    const auto found = std::ranges::find(entry.record.parameters, name, &LedgerParameter::name);
-    if (found == entry.record.parameters.end() || found->unit != "mm") {
+    const auto i = entry.record.find(name);
+    if (!i || entry.record.parameters[*i].unit != "mm") {
       return failure(no_difference(
           file, fmt::format("entry {} has no {} in mm", entry.id, name), "offset_x and offset_y"));
     }
-    offset_mm[axis] = found->value;
+    offset_mm[axis] = entry.record.parameters[*i].value;
   }
   return displacement_mm<frame::Machine>(offset_mm);
 }

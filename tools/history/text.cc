@@ -36,16 +36,10 @@ std::optional<double> parameter_sigma(const LedgerRecord& record, std::size_t i)
   return std::sqrt((*record.covariance)(k, k));
 }
 
-std::optional<std::size_t> find(const LedgerRecord& record, const std::string& name) {
-  const auto found = std::ranges::find(record.parameters, name, &LedgerParameter::name);
-  if (found == record.parameters.end()) return std::nullopt;
-  return static_cast<std::size_t>(found - record.parameters.begin());
-}
-
 ParameterChange change_of(const LedgerRecord& before, std::size_t i, const LedgerRecord& after) {
   const LedgerParameter& old = before.parameters[i];
   ParameterChange change{old.name, old.unit, old.value, std::nullopt, std::nullopt};
-  const std::optional<std::size_t> j = find(after, old.name);
+  const std::optional<std::size_t> j = after.find(old.name);
   if (!j) return change;
   change.after = after.parameters[*j].value;
   const std::optional<double> sigma_before = parameter_sigma(before, i);
@@ -151,7 +145,7 @@ Expected<std::vector<ParameterChange>> changes_between(const LedgerEntry& before
     changes.push_back(change_of(before.record, i, after.record));
   }
   for (const LedgerParameter& parameter : after.record.parameters) {
-    const std::optional<std::size_t> i = find(before.record, parameter.name);
+    const std::optional<std::size_t> i = before.record.find(parameter.name);
     if (!i) {
       changes.push_back(
           {parameter.name, parameter.unit, std::nullopt, parameter.value, std::nullopt});

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/ledger/entry/entry.h"
 
+#include <algorithm>
 #include <array>
 
 namespace panelcal {
@@ -50,6 +51,28 @@ std::optional<LedgerVerdict> ledger_verdict(std::string_view word) {
 
 std::span<const std::string_view> ledger_kind_words() {
   return kKinds;
+}
+
+std::optional<std::size_t> LedgerRecord::find(std::string_view name) const {
+  const auto found = std::ranges::find(parameters, name, &LedgerParameter::name);
+  if (found == parameters.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - parameters.begin());
+}
+
+std::optional<LedgerValues> values_of(const LedgerRecord& record,
+                                      std::span<const std::string_view> names) {
+  if (!record.covariance) return std::nullopt;
+  LedgerValues out;
+  out.value.resize(static_cast<Eigen::Index>(names.size()));
+  std::vector<Eigen::Index> rows;
+  for (const std::string_view name : names) {
+    const auto i = record.find(name);
+    if (!i) return std::nullopt;
+    out.value[static_cast<Eigen::Index>(rows.size())] = record.parameters[*i].value;
+    rows.push_back(static_cast<Eigen::Index>(*i));
+  }
+  out.cov = (*record.covariance)(rows, rows);
+  return out;
 }
 
 }  // namespace panelcal

@@ -83,7 +83,21 @@ struct LedgerRecord {
   /// The entry that this one takes out of force. Given to `append` it is a condition: nothing is
   /// recorded if another one is in force by then. Left empty, the ledger fills it in.
   std::optional<std::int64_t> replaces;
+
+  /// The index of the parameter of that name.
+  std::optional<std::size_t> find(std::string_view name) const;
 };
+
+/// Several parameters of a record together.
+struct LedgerValues {
+  Eigen::VectorXd value;
+  Eigen::MatrixXd cov;
+};
+
+/// The parameters of these names, in their order and in the record's units. Empty if the record
+/// lacks one of them, or states no covariance.
+std::optional<LedgerValues> values_of(const LedgerRecord& record,
+                                      std::span<const std::string_view> names);
 
 /// The input of `append`: a record, and the calibration itself.
 struct LedgerDraft {

@@ -73,15 +73,16 @@ Expected<std::optional<int>> rows_of_ledger(const Ledger& ledger, const LedgerKe
   std::optional<int> rows;
   PANELCAL_TRY(const std::vector<LedgerEntry> newest, ledger.list(filter));
   if (newest.empty()) return rows;
-  const std::vector<LedgerParameter>& all = newest.front().record.parameters;
-  const auto found = std::ranges::find(all, kRowsUsed, &LedgerParameter::name);
-  if (found == all.end() || !(found->value >= 0 && found->value <= kMaxRows)) {
+  const LedgerRecord& record = newest.front().record;
+  const auto i = record.find(kRowsUsed);
+  const double n_used = i ? record.parameters[*i].value : -1;
+  if (!(n_used >= 0 && n_used <= kMaxRows)) {
     return failure({Code::CalibrationInvalid,
                     {fmt::format("ledger entry {}", newest.front().id), 0, 0},
                     "it does not say how many rows are used",
                     fmt::format("{} from 0 to {}", kRowsUsed, kMaxRows)});
   }
-  rows = static_cast<int>(found->value);
+  rows = static_cast<int>(n_used);
   return rows;
 }
 

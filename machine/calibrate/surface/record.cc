@@ -94,9 +94,9 @@ std::optional<SurfaceFigures> figures_of(const LedgerEntry& entry) {
   out.cov_mm2 = cov->topLeftCorner<SurfaceFigures::kSize, SurfaceFigures::kSize>();
   std::array<double, kAreaNames.size()> area = {};
   for (std::size_t i = 0; i < area.size(); ++i) {
-    const auto found = std::ranges::find(all, kAreaNames[i], &LedgerParameter::name);
-    if (found == all.end()) return std::nullopt;
-    area[i] = found->value;
+    const auto found = entry.record.find(kAreaNames[i]);
+    if (!found) return std::nullopt;
+    area[i] = all[*found].value;
   }
   out.area = {{area[0], area[1]}, {area[2], area[3]}};
   return out;

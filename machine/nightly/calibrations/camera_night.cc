@@ -9,8 +9,8 @@
 #include "calib/drift/amount.h"
 #include "machine/calibrate/camera/run.h"
 #include "machine/devices/cameras/camera_settings.h"
+#include "machine/nightly/calibrations/file_night.h"
 #include "machine/nightly/calibrations/night_calibrations.h"
-#include "machine/nightly/record/night_file.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -21,10 +21,10 @@ namespace {
 /// cares for.
 ///
 ///   radius = r scale,   turn = r scale rotation,   r = half of the picture's diagonal, px
-NightValue picture_corner(double radius_px,
-                          double scale_mm_per_px,
-                          double rotation_rad,
-                          const Eigen::Matrix2d& cov) {
+LedgerValues picture_corner(double radius_px,
+                            double scale_mm_per_px,
+                            double rotation_rad,
+                            const Eigen::Matrix2d& cov) {
   Eigen::Matrix2d by_parameters;
   by_parameters << radius_px, 0, radius_px * rotation_rad, radius_px * scale_mm_per_px;
   const Eigen::Vector2d value(radius_px * scale_mm_per_px,
@@ -37,7 +37,7 @@ double half_diagonal_px(const CameraCalibration& camera) {
 }
 
 /// The camera as it stands, or at a zoom level.
-class CameraNight final : public NightCalibration {
+class CameraNight final : public internal::FileNight {
  public:
   CameraNight(std::shared_ptr<MachineConfig> config,
               const NightlyConfig& nightly,
@@ -51,7 +51,6 @@ class CameraNight final : public NightCalibration {
 
   LedgerKey key() const override { return camera_key(*config_, zoom_); }
   std::vector<std::string> axes() const override { return {"corner radius", "corner turn"}; }
-  std::string unit() const override { return "mm"; }
   std::filesystem::path file() const override {
     return zoom_ ? config_->zoom_files.at(*zoom_) : config_->camera_file;
   }
@@ -63,16 +62,17 @@ class CameraNight final : public NightCalibration {
                           Eigen::Matrix2d::Zero())
         .value;
   }
-  Expected<std::vector<SelfTestCheck>> check() const override {
-    return std::vector<SelfTestCheck>{};
-  }
   int n_qualities() const override { return 1; }
-  std::optional<NightValue> value_of(const LedgerEntry& entry) const override;
+  std::optional<LedgerValues> value_of(const LedgerEntry& entry) const override;
   Expected<NightMeasurement> measure(const CalibrationDevices& devices,
-                                     const NightWords& words) override;
-  Expected<bool> is_installed(const Ledger& ledger) const override;
-  Expected<std::string> by_hand(const Ledger& ledger) const override;
+                                     const RecordWords& words) override;
   Expected<bool> install(const Ledger& ledger) override;
+
+ protected:
+  std::string_view thing() const override { return "a camera"; }
+  std::optional<std::chrono::sys_seconds> date_of(const std::string& bytes) const override {
+    return internal::date_by(parse_camera_calibration, bytes);
+  }
 
  private:
   const CameraCalibration& camera() const { return *camera_at(*config_, zoom_); }
@@ -86,17 +86,11 @@ class CameraNight final : public NightCalibration {
   double radius_px_;
 };
 
-std::optional<NightValue> CameraNight::value_of(const LedgerEntry& entry) const {
-  const std::vector<LedgerParameter>& all = entry.record.parameters;
-  const auto& cov = entry.record.covariance;
-  const auto scale = std::ranges::find(all, "scale", &LedgerParameter::name);
-  const auto rotation = std::ranges::find(all, "rotation", &LedgerParameter::name);
-  if (!cov || scale == all.end() || rotation == all.end()) return std::nullopt;
-  const Eigen::Index s = scale - all.begin();
-  const Eigen::Index r = rotation - all.begin();
-  Eigen::Matrix2d of_both;
-  of_both << (*cov)(s, s), (*cov)(s, r), (*cov)(r, s), (*cov)(r, r);
-  return picture_corner(radius_px_, scale->value, rotation->value, of_both);
+std::optional<LedgerValues> CameraNight::value_of(const LedgerEntry& entry) const {
+  constexpr std::array<std::string_view, 2> kNames = {"scale", "rotation"};
+  const auto found = values_of(entry.record, kNames);
+  if (!found) return std::nullopt;
+  return picture_corner(radius_px_, found->value[0], found->value[1], found->cov);
 }
 
 /// By how much the two see the farthest corner elsewhere, tilt and lens included.
@@ -146,7 +140,7 @@ std::vector<NightGate> CameraNight::gates_of(const CameraRun& run) const {
 }
 
 Expected<NightMeasurement> CameraNight::measure(const CalibrationDevices& devices,
-                                                const NightWords& words) {
+                                                const RecordWords& words) {
   CameraRunOptions options;
   options.views.tool = tool_;
   options.views.zoom = zoom_;
@@ -157,18 +151,13 @@ Expected<NightMeasurement> CameraNight::measure(const CalibrationDevices& device
   }
   if (!made) return failure(std::move(made).error());
   const CameraRun run = *std::move(made);
-  RecordWords record;
-  record.date = words.date;
-  record.asked_by = words.asked_by;
-  record.software = words.software;
-  record.temperature_degC = words.temperature_c;
   NightMeasurement out;
-  PANELCAL_TRY(out.draft, camera_draft(*config_, run, record));
+  PANELCAL_TRY(out.draft, camera_draft(*config_, run, words));
   const auto& parameters = run.fit.parameters;
-  const NightValue found = picture_corner(radius_px_,
-                                          parameters.scale_mm_per_px,
-                                          parameters.rotation_rad,
-                                          run.fit.covariance.topLeftCorner<2, 2>());
+  const LedgerValues found = picture_corner(radius_px_,
+                                            parameters.scale_mm_per_px,
+                                            parameters.rotation_rad,
+                                            run.fit.covariance.topLeftCorner<2, 2>());
   out.result.point.value = found.value;
   out.result.point.cov = found.cov;
   const std::size_t n_seen = run.fit.residuals.size();
@@ -185,20 +174,11 @@ Expected<NightMeasurement> CameraNight::measure(const CalibrationDevices& device
   return out;
 }
 
-Expected<bool> CameraNight::is_installed(const Ledger& ledger) const {
-  return internal::says_what_is_in_force(ledger, key(), file());
-}
-
-Expected<std::string> CameraNight::by_hand(const Ledger& ledger) const {
-  return internal::by_hand_in(
-      ledger, key(), file(), "a camera", internal::date_by(parse_camera_calibration));
-}
-
 Expected<bool> CameraNight::install(const Ledger& ledger) {
-  PANELCAL_TRY(const std::optional<std::string> text, internal::text_in_force(ledger, key()));
+  PANELCAL_TRY(const std::optional<std::string> text, text_in_force(ledger));
   if (!text) return false;
   PANELCAL_TRY(CameraCalibration camera, parse_camera_calibration(*text, file().string()));
-  PANELCAL_TRY(const bool is_written, internal::write_what_is_in_force(ledger, key(), file()));
+  PANELCAL_TRY(const bool is_written, FileNight::install(ledger));
   if (zoom_) {
     config_->zooms[*zoom_] = std::move(camera);
   } else {

@@ -58,7 +58,6 @@ class SpindleCameraNight final : public NightCalibration {
 
   LedgerKey key() const override { return spindle_camera_key(*config_); }
   std::vector<std::string> axes() const override { return {"x", "y"}; }
-  std::string unit() const override { return "mm"; }
   std::filesystem::path file() const override { return config_->spindle_setting.file; }
 
   std::optional<Eigen::VectorXd> present() const override {
@@ -72,9 +71,9 @@ class SpindleCameraNight final : public NightCalibration {
     return used.count();
   }
   int n_qualities() const override { return kMostCouponSpreads + 2; }
-  std::optional<NightValue> value_of(const LedgerEntry& entry) const override;
+  std::optional<LedgerValues> value_of(const LedgerEntry& entry) const override;
   Expected<NightMeasurement> measure(const CalibrationDevices& devices,
-                                     const NightWords& words) override;
+                                     const RecordWords& words) override;
   Expected<bool> is_installed(const Ledger& ledger) const override;
   Expected<std::string> by_hand(const Ledger& ledger) const override;
   Expected<bool> install(const Ledger& ledger) override;
@@ -99,28 +98,17 @@ Expected<std::vector<SelfTestCheck>> SpindleCameraNight::check() const {
   return std::vector{rows};
 }
 
-std::optional<NightValue> SpindleCameraNight::value_of(const LedgerEntry& entry) const {
-  const std::vector<LedgerParameter>& all = entry.record.parameters;
-  const auto& cov = entry.record.covariance;
+std::optional<LedgerValues> SpindleCameraNight::value_of(const LedgerEntry& entry) const {
   constexpr std::array<std::string_view, 2> kNames = {"offset_x", "offset_y"};
-  std::array<Eigen::Index, 2> at{};
-  NightValue out = {Eigen::VectorXd(2), Eigen::MatrixXd(2, 2)};
-  for (std::size_t i = 0; i < 2; ++i) {
-    const auto found = std::ranges::find(all, kNames[i], &LedgerParameter::name);
-    if (found == all.end() || found->unit != "mm" || !cov) return std::nullopt;
-    at[i] = found - all.begin();
-    out.value(static_cast<Eigen::Index>(i)) = found->value;
+  for (const std::string_view name : kNames) {
+    const auto i = entry.record.find(name);
+    if (i && entry.record.parameters[*i].unit != "mm") return std::nullopt;
   }
-  for (Eigen::Index i = 0; i < 2; ++i) {
-    for (Eigen::Index j = 0; j < 2; ++j) {
-      out.cov(i, j) = (*cov)(at[static_cast<std::size_t>(i)], at[static_cast<std::size_t>(j)]);
-    }
-  }
-  return out;
+  return values_of(entry.record, kNames);
 }
 
 Expected<NightMeasurement> SpindleCameraNight::measure(const CalibrationDevices& devices,
-                                                       const NightWords& words) {
+                                                       const RecordWords& words) {
   PictureLevels levels;
   CalibrationDevices observed = devices;
   observed.taken_by = {fixed_clock(words.date), words.asked_by, words.software};
@@ -140,12 +128,7 @@ Expected<NightMeasurement> SpindleCameraNight::measure(const CalibrationDevices&
   out.levels = levels.levels();
   out.holes = coupon_holes(run);
   out.report = internal::lines_of(report_text(run));
-  RecordWords record;
-  record.date = words.date;
-  record.asked_by = words.asked_by;
-  record.software = words.software;
-  record.temperature_degC = words.temperature_c;
-  PANELCAL_TRY(out.draft, spindle_camera_draft(*config_, run, record));
+  PANELCAL_TRY(out.draft, spindle_camera_draft(*config_, run, words));
   return out;
 }
 

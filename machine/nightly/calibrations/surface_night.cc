@@ -12,8 +12,8 @@
 #include "machine/calibrate/surface/record.h"
 #include "machine/calibrate/surface/run.h"
 #include "machine/look/mark_sights.h"
+#include "machine/nightly/calibrations/file_night.h"
 #include "machine/nightly/calibrations/night_calibrations.h"
-#include "machine/nightly/record/night_file.h"
 #include "surface/map/file.h"
 #include <fmt/format.h>
 
@@ -25,7 +25,7 @@ constexpr int kMaxSurfaceOutliers = 20;  ///< one in this number
 /// Smaller chances than this say that the table changed.
 constexpr double kSignificant = 0.01;
 
-NightValue value_of_figures(const SurfaceFigures& figures) {
+LedgerValues value_of_figures(const SurfaceFigures& figures) {
   return {figures.value_mm, figures.cov_mm2};
 }
 
@@ -49,7 +49,7 @@ double bowed_mm(const MapDifference& d) {
 }
 
 /// The table's own surface, of a backing plate or a reference plate that stays on the machine.
-class SurfaceNight final : public NightCalibration {
+class SurfaceNight final : public internal::FileNight {
  public:
   SurfaceNight(std::shared_ptr<MachineConfig> config, const NightlyConfig& nightly)
       : config_(std::move(config)), surface_(nightly.surface) {}
@@ -58,7 +58,6 @@ class SurfaceNight final : public NightCalibration {
   std::vector<std::string> axes() const override {
     return {"offset", "tilt x", "tilt y", "bow x", "bow y", "twist"};
   }
-  std::string unit() const override { return "mm"; }
   std::filesystem::path file() const override { return surface_.file; }
   std::optional<Eigen::VectorXd> present() const override {
     const auto stored = read_map_file(file());
@@ -71,26 +70,20 @@ class SurfaceNight final : public NightCalibration {
   int n_qualities() const override { return surface_.n_repeats > 1 ? 1 : 0; }
   NightlyConfig held_to(const NightlyConfig& nightly) const override;
   /// Of another area's heights nothing compares.
-  std::optional<NightValue> value_of(const LedgerEntry& entry) const override {
+  std::optional<LedgerValues> value_of(const LedgerEntry& entry) const override {
     const auto figures = figures_of(entry);
     if (!figures || figures->area != area_of(surface_)) return std::nullopt;
     return value_of_figures(*figures);
   }
   Expected<NightMeasurement> measure(const CalibrationDevices& devices,
-                                     const NightWords& words) override;
-  Expected<bool> is_installed(const Ledger& ledger) const override {
-    return internal::says_what_is_in_force(ledger, key(), file());
-  }
-  Expected<std::string> by_hand(const Ledger& ledger) const override {
-    // A map has no date: one that was never installed may always be a person's.
-    const auto date_of = [](const std::string& bytes) -> std::optional<std::chrono::sys_seconds> {
-      if (!parse_map_file(bytes, "")) return std::nullopt;
-      return std::chrono::sys_seconds::max();
-    };
-    return internal::by_hand_in(ledger, key(), file(), "a map", date_of);
-  }
-  Expected<bool> install(const Ledger& ledger) override {
-    return internal::write_what_is_in_force(ledger, key(), file());
+                                     const RecordWords& words) override;
+
+ protected:
+  std::string_view thing() const override { return "a map"; }
+  /// A map has no date: one that was never installed may always be a person's.
+  std::optional<std::chrono::sys_seconds> date_of(const std::string& bytes) const override {
+    if (!parse_map_file(bytes, "")) return std::nullopt;
+    return std::chrono::sys_seconds::max();
   }
 
  private:
@@ -197,7 +190,7 @@ std::vector<NightGate> SurfaceNight::gates_of(
 }
 
 Expected<NightMeasurement> SurfaceNight::measure(const CalibrationDevices& devices,
-                                                 const NightWords& words) {
+                                                 const RecordWords& words) {
   if (devices.probe == nullptr) {
     return failure({Code::NotSupported,
                     {config_->file.string(), 0, 0},
@@ -213,14 +206,9 @@ Expected<NightMeasurement> SurfaceNight::measure(const CalibrationDevices& devic
   }
   const std::optional<SurfaceChange> known =
       change && *change ? std::optional(**change) : std::nullopt;
-  RecordWords record;
-  record.date = words.date;
-  record.asked_by = words.asked_by;
-  record.software = words.software;
-  record.temperature_degC = words.temperature_c;
   NightMeasurement out;
-  PANELCAL_TRY(out.draft, surface_draft(*config_, run.stored, run.figures, known, record));
-  const NightValue found = value_of_figures(run.figures);
+  PANELCAL_TRY(out.draft, surface_draft(*config_, run.stored, run.figures, known, words));
+  const LedgerValues found = value_of_figures(run.figures);
   out.result.point.value = found.value;
   out.result.point.cov = found.cov;
   out.result.used = "probes";

@@ -11,8 +11,8 @@
 #include "calib/drift/amount.h"
 #include "calib/table/calibration_file.h"
 #include "machine/calibrate/table/run.h"
+#include "machine/nightly/calibrations/file_night.h"
 #include "machine/nightly/calibrations/night_calibrations.h"
-#include "machine/nightly/record/night_file.h"
 #include "machine/plate/pictures.h"
 #include <Eigen/Geometry>
 #include <fmt/format.h>
@@ -37,15 +37,15 @@ Eigen::Vector2d half_sides_mm(const CalibrationPlate& plate) {
 /// Value in which drift is watched: the affine part of the stage's error at the plate's corner.
 ///
 ///   corner x = scale_x h_x + squareness h_y,   corner y = scale_y h_y,   h half of the plate
-NightValue table_corner(const Eigen::Vector2d& half_mm,
-                        const Eigen::Vector3d& scales_and_squareness,
-                        const Eigen::Matrix3d& cov) {
+LedgerValues table_corner(const Eigen::Vector2d& half_mm,
+                          const Eigen::Vector3d& scales_and_squareness,
+                          const Eigen::Matrix3d& cov) {
   Eigen::Matrix<double, 2, 3> by_parameters;
   by_parameters << half_mm.x(), 0, half_mm.y(), 0, half_mm.y(), 0;
   return {by_parameters * scales_and_squareness, by_parameters * cov * by_parameters.transpose()};
 }
 
-NightValue table_corner(const Eigen::Vector2d& half_mm, const TableGeometry& geometry) {
+LedgerValues table_corner(const Eigen::Vector2d& half_mm, const TableGeometry& geometry) {
   const std::array<int, 3> rows = {
       TableGeometry::ScaleX, TableGeometry::ScaleY, TableGeometry::Squareness};
   return table_corner(half_mm, geometry.value(rows), geometry.cov(rows, rows));
@@ -89,7 +89,7 @@ bool covers(const TableGrid& grid, const TableGrid& before) {
          (grid.high_mm.array() >= before.high_mm.array() - kSlack_mm).all();
 }
 
-class TableNight final : public NightCalibration {
+class TableNight final : public internal::FileNight {
  public:
   /// In     file: that is installed
   TableNight(std::shared_ptr<MachineConfig> config,
@@ -104,15 +104,11 @@ class TableNight final : public NightCalibration {
 
   LedgerKey key() const override { return table_key(*config_); }
   std::vector<std::string> axes() const override { return {"corner x", "corner y"}; }
-  std::string unit() const override { return "mm"; }
   std::filesystem::path file() const override { return file_; }
   std::optional<Eigen::VectorXd> present() const override {
     const auto calibration = read_table_calibration(file_);
     if (!calibration) return std::nullopt;
     return table_corner(half_mm_, calibration->geometry).value;
-  }
-  Expected<std::vector<SelfTestCheck>> check() const override {
-    return std::vector<SelfTestCheck>{};
   }
   int n_qualities() const override { return 1; }
   NightlyConfig held_to(const NightlyConfig& nightly) const override {
@@ -121,18 +117,14 @@ class TableNight final : public NightCalibration {
         std::max(out.limits.max_outliers, static_cast<int>(plate_.n_dots()) / kMaxTableOutliers);
     return out;
   }
-  std::optional<NightValue> value_of(const LedgerEntry& entry) const override;
+  std::optional<LedgerValues> value_of(const LedgerEntry& entry) const override;
   Expected<NightMeasurement> measure(const CalibrationDevices& devices,
-                                     const NightWords& words) override;
-  Expected<bool> is_installed(const Ledger& ledger) const override {
-    return internal::says_what_is_in_force(ledger, key(), file());
-  }
-  Expected<std::string> by_hand(const Ledger& ledger) const override {
-    return internal::by_hand_in(
-        ledger, key(), file(), "a table", internal::date_by(parse_table_calibration));
-  }
-  Expected<bool> install(const Ledger& ledger) override {
-    return internal::write_what_is_in_force(ledger, key(), file());
+                                     const RecordWords& words) override;
+
+ protected:
+  std::string_view thing() const override { return "a table"; }
+  std::optional<std::chrono::sys_seconds> date_of(const std::string& bytes) const override {
+    return internal::date_by(parse_table_calibration, bytes);
   }
 
  private:
@@ -147,20 +139,11 @@ class TableNight final : public NightCalibration {
   Eigen::Vector2d half_mm_;
 };
 
-std::optional<NightValue> TableNight::value_of(const LedgerEntry& entry) const {
-  const std::vector<LedgerParameter>& all = entry.record.parameters;
-  const auto& cov = entry.record.covariance;
-  if (!cov) return std::nullopt;
-  Eigen::Vector3d value;
-  std::array<Eigen::Index, 3> rows = {};
-  Eigen::Index i = 0;
-  for (const std::string_view name : {"scale_x", "scale_y", "squareness"}) {
-    const auto found = std::ranges::find(all, name, &LedgerParameter::name);
-    if (found == all.end()) return std::nullopt;
-    value[i] = found->value;
-    rows[static_cast<std::size_t>(i++)] = found - all.begin();
-  }
-  return table_corner(half_mm_, value, (*cov)(rows, rows));
+std::optional<LedgerValues> TableNight::value_of(const LedgerEntry& entry) const {
+  constexpr std::array<std::string_view, 3> kNames = {"scale_x", "scale_y", "squareness"};
+  const auto found = values_of(entry.record, kNames);
+  if (!found) return std::nullopt;
+  return table_corner(half_mm_, found->value, found->cov);
 }
 
 Expected<TableRun> TableNight::look(const CalibrationDevices& devices, int& n_missed) const {
@@ -223,17 +206,12 @@ std::vector<NightGate> TableNight::gates_of(const TableRun& run) const {
 }
 
 Expected<NightMeasurement> TableNight::measure(const CalibrationDevices& devices,
-                                               const NightWords& words) {
+                                               const RecordWords& words) {
   int n_missed = 0;
   PANELCAL_TRY(const TableRun run, look(devices, n_missed));
-  RecordWords record;
-  record.date = words.date;
-  record.asked_by = words.asked_by;
-  record.software = words.software;
-  record.temperature_degC = words.temperature_c;
   NightMeasurement out;
-  PANELCAL_TRY(out.draft, table_draft(*config_, run, record));
-  const NightValue found = table_corner(half_mm_, run.fit.geometry);
+  PANELCAL_TRY(out.draft, table_draft(*config_, run, words));
+  const LedgerValues found = table_corner(half_mm_, run.fit.geometry);
   out.result.point.value = found.value;
   out.result.point.cov = found.cov;
   out.result.used = "looks";

@@ -41,13 +41,13 @@ class TrialNight final : public NightCalibration {
   int n_qualities() const override { return kind_ == TrialKind::Settle ? 0 : 1; }
   bool may_explain_pictures() const override { return kind_ != TrialKind::Settle; }
   NightlyConfig held_to(const NightlyConfig& nightly) const override;
-  std::optional<NightValue> value_of(const LedgerEntry& entry) const override {
+  std::optional<LedgerValues> value_of(const LedgerEntry& entry) const override {
     const auto number = trial_number(entry);
     if (!number) return std::nullopt;
-    return NightValue{only(number->value), only(number->sigma * number->sigma)};
+    return LedgerValues{only(number->value), only(number->sigma * number->sigma)};
   }
   Expected<NightMeasurement> measure(const CalibrationDevices& devices,
-                                     const NightWords& words) override;
+                                     const RecordWords& words) override;
   Expected<std::string> stated_otherwise(const Ledger& ledger) const override {
     MachineConfig as_written = *config_;
     as_written.settle = stated_wait_;
@@ -192,7 +192,7 @@ Expected<TrialValue> TrialNight::find(const CalibrationDevices& devices, NightMe
 }
 
 Expected<NightMeasurement> TrialNight::measure(const CalibrationDevices& devices,
-                                               const NightWords& words) {
+                                               const RecordWords& words) {
   NightMeasurement out;
   out.result.used = "pictures";
   const Expected<TrialValue> found = find(devices, out);
@@ -206,12 +206,7 @@ Expected<NightMeasurement> TrialNight::measure(const CalibrationDevices& devices
   }
   out.result.point.value = only(*found->value);
   out.result.point.cov = only(found->sigma * found->sigma);
-  RecordWords record;
-  record.date = words.date;
-  record.asked_by = words.asked_by;
-  record.software = words.software;
-  record.temperature_degC = words.temperature_c;
-  PANELCAL_TRY(out.draft, trial_draft(*config_, place_, *found, record));
+  PANELCAL_TRY(out.draft, trial_draft(*config_, place_, *found, words));
   out.report.insert(out.report.begin(),
                     fmt::format("{} {:.4g} +- {:.2g} {}; in machine.toml {}",
                                 trial_parameter(kind_),

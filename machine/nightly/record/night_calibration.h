@@ -9,6 +9,7 @@
 #include "calib/base/expected.h"
 #include "calib/drift/night_gates.h"
 #include "calib/ledger/ledger.h"
+#include "machine/calibrate/calibration_record.h"
 #include "machine/calibrate/spindle/camera_run.h"
 #include "machine/config/settings/nightly_options.h"
 #include "machine/nightly/record/night_record.h"
@@ -44,20 +45,6 @@ struct NightMeasurement {
   LedgerDraft draft;
 };
 
-/// A value as an entry of the ledger has it.
-struct NightValue {
-  Eigen::VectorXd value;
-  Eigen::MatrixXd cov;
-};
-
-/// Date and author, for what a calibration writes of itself.
-struct NightWords {
-  std::chrono::sys_seconds date{};
-  std::string asked_by;
-  std::string software;
-  std::optional<double> temperature_c;
-};
-
 /// One kind of calibration that a night can make: what it is called, how it is measured, how a
 /// file is made of it. What it is used for is decided by others.
 class NightCalibration {
@@ -67,7 +54,7 @@ class NightCalibration {
   virtual LedgerKey key() const = 0;
   /// 1 to 12 axes, all lengths at a hole or at an edge, or all of another unit.
   virtual std::vector<std::string> axes() const = 0;
-  virtual std::string unit() const = 0;
+  virtual std::string unit() const { return "mm"; }
   /// The calibration file; empty for one that has none: to install it is to record it.
   virtual std::filesystem::path file() const = 0;
   /// The value in machine.toml or that file now; absent if it was never calibrated.
@@ -76,7 +63,9 @@ class NightCalibration {
   /// Checks that everything is there; of a coupon, also how much of it. Nothing moves.
   ///
   /// Fails  what is wrong with machine.toml
-  virtual Expected<std::vector<SelfTestCheck>> check() const = 0;
+  virtual Expected<std::vector<SelfTestCheck>> check() const {
+    return std::vector<SelfTestCheck>();
+  }
   /// Something that is used up by measuring, counted up: rows of a coupon. 0 where nothing is.
   virtual Expected<int> used_up() const { return 0; }
   /// At most this number of spreads and levels a measurement has.
@@ -90,11 +79,11 @@ class NightCalibration {
   virtual NightlyConfig held_to(const NightlyConfig& nightly) const { return nightly; }
 
   /// Empty for an entry that found nothing.
-  virtual std::optional<NightValue> value_of(const LedgerEntry& entry) const = 0;
+  virtual std::optional<LedgerValues> value_of(const LedgerEntry& entry) const = 0;
 
   /// Fails  device errors; calibration-data and the like where nothing could be found
   virtual Expected<NightMeasurement> measure(const CalibrationDevices& devices,
-                                             const NightWords& words) = 0;
+                                             const RecordWords& words) = 0;
 
   /// The line for a person to write into machine.toml, which has not the value in force.
   /// Empty if it does, and where that comes from a file.

@@ -70,9 +70,9 @@ void put_qualities(const std::vector<NightSpread>& spreads,
 }
 
 std::optional<double> find_parameter(const LedgerRecord& record, std::string_view name) {
-  const auto found = std::ranges::find(record.parameters, name, &LedgerParameter::name);
-  if (found == record.parameters.end()) return std::nullopt;
-  return found->value;
+  const auto i = record.find(name);
+  if (!i) return std::nullopt;
+  return record.parameters[*i].value;
 }
 
 QualityNight qualities_of(const LedgerEntry& entry) {
@@ -150,7 +150,7 @@ class Reader {
       start_anew(fresh_starts_[i_fresh_++]);
     }
     const LedgerVerdict verdict = entry.record.verdict;
-    const std::optional<NightValue> value = calibration_.value_of(entry);
+    const std::optional<LedgerValues> value = calibration_.value_of(entry);
     if (verdict == LedgerVerdict::Installed) {
       in_force_ = entry.id;
       if (value) values_[entry.id] = *value;
@@ -228,7 +228,7 @@ class Reader {
     quality_ids_.push_back(companion.id - 1);
   }
 
-  void add_point(const LedgerEntry& entry, const NightValue& value, bool is_of_a_night) {
+  void add_point(const LedgerEntry& entry, const LedgerValues& value, bool is_of_a_night) {
     note_latest(entry.id, entry.time);
     DriftPoint point;
     point.time = after(entry.time, last_);
@@ -254,7 +254,7 @@ class Reader {
   const std::vector<LedgerEntry>& fresh_starts_;
   std::chrono::sys_seconds a_week_ago_;
   std::map<std::int64_t, const LedgerEntry*> companions_;
-  std::map<std::int64_t, NightValue> values_;
+  std::map<std::int64_t, LedgerValues> values_;
   std::vector<std::int64_t> quality_ids_;  ///< of the entries that history_.qualities go with
   std::size_t i_fresh_ = 0;
   bool is_fresh_ = false;
@@ -349,7 +349,7 @@ LedgerDraft companion_draft(const LedgerRecord& calibration,
 
 LedgerDraft self_test_draft(const std::string& machine,
                             const QualityNight& quality,
-                            const NightWords& words,
+                            const RecordWords& words,
                             const std::string& problem) {
   LedgerDraft draft;
   LedgerRecord& record = draft.record;
@@ -358,7 +358,7 @@ LedgerDraft self_test_draft(const std::string& machine,
   record.reason = problem;
   record.asked_by = words.asked_by;
   record.software = words.software;
-  record.temperature_degC = words.temperature_c;
+  record.temperature_degC = words.temperature_degC;
   put_qualities(quality.spreads, quality.levels, record.parameters);
   draft.result = history_json_text({{"kind", "self-test"}, {"version", 1}, {"problem", problem}});
   return draft;
@@ -415,7 +415,7 @@ Expected<LedgerEntry> mark_fresh_start(Ledger& ledger,
 
 LedgerDraft begun_anew_draft(const std::string& machine,
                              const std::filesystem::path& kept,
-                             const NightWords& words,
+                             const RecordWords& words,
                              const std::vector<std::string>& given_up) {
   LedgerDraft draft;
   draft.record.key = {machine, LedgerKind::Night, std::string(kBegunAnew)};

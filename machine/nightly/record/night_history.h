@@ -37,9 +37,9 @@ struct NightHistory {
   std::vector<std::optional<Eigen::VectorXd>> in_force_values;
   std::vector<QualityNight> qualities;
   std::optional<LedgerEntry> in_force;
-  std::optional<NightValue> in_force_value;
+  std::optional<LedgerValues> in_force_value;
   /// In force seven days ago; absent if nothing was.
-  std::optional<NightValue> week_ago;
+  std::optional<LedgerValues> week_ago;
   bool is_fresh_start = false;        ///< the next result is one: a person has said so
   bool is_fresh_for_quality = false;  ///< the same for `qualities`
   /// The ledger had to be begun anew, and no person has yet said that this is a fresh start.
@@ -91,7 +91,7 @@ LedgerDraft companion_draft(const LedgerRecord& calibration,
 /// The self-test as an entry of its own; left out of the statistics if it did not pass.
 LedgerDraft self_test_draft(const std::string& machine,
                             const QualityNight& quality,
-                            const NightWords& words,
+                            const RecordWords& words,
                             const std::string& problem);
 
 struct SelfTestHistory {
@@ -124,7 +124,7 @@ Expected<LedgerEntry> mark_fresh_start(Ledger& ledger,
 /// In     given_up: hashes of that ledger's entries that files of the machine note
 LedgerDraft begun_anew_draft(const std::string& machine,
                              const std::filesystem::path& kept,
-                             const NightWords& words,
+                             const RecordWords& words,
                              const std::vector<std::string>& given_up = {});
 /// True if any machine has begun this ledger in place of a damaged one.
 ///

@@ -36,7 +36,7 @@ Expected<Ledger> open_and_verify(const std::filesystem::path& file, const Clock&
 Expected<Ledger> open_night_ledger(const NightFiles& files,
                                    const Clock& clock,
                                    const std::string& machine,
-                                   const NightWords& words,
+                                   const RecordWords& words,
                                    std::vector<std::string>& notes) {
   const std::filesystem::path& file = files.ledger;
   std::error_code ignored;

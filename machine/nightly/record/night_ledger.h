@@ -21,7 +21,7 @@ namespace panelcal {
 Expected<Ledger> open_night_ledger(const NightFiles& files,
                                    const Clock& clock,
                                    const std::string& machine,
-                                   const NightWords& words,
+                                   const RecordWords& words,
                                    std::vector<std::string>& notes);
 
 }  // namespace panelcal

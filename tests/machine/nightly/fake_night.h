@@ -58,15 +58,15 @@ class FakeCalibration final : public NightCalibration {
   Expected<int> used_up() const override { return rows_used; }
   int n_qualities() const override { return 4; }
 
-  std::optional<NightValue> value_of(const LedgerEntry& entry) const override {
+  std::optional<LedgerValues> value_of(const LedgerEntry& entry) const override {
     if (entry.record.parameters.size() < 2 || !entry.record.covariance) return std::nullopt;
-    return NightValue{
+    return LedgerValues{
         Eigen::Vector2d(entry.record.parameters[0].value, entry.record.parameters[1].value),
         *entry.record.covariance};
   }
 
   Expected<NightMeasurement> measure(const CalibrationDevices& /*devices*/,
-                                     const NightWords& /*words*/) override {
+                                     const RecordWords& /*words*/) override {
     ++n_measured;
     rows_used += 3;
     if (machine.fails) return failure(*machine.fails);

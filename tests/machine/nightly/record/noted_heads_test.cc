@@ -124,7 +124,8 @@ TEST_F(NotedHeads, OfACalibrationWithoutItsEntryAreMissing) {
 /// A damaged ledger was kept aside: what its machine's files noted then is of no ledger that is
 /// used.
 TEST_F(NotedHeads, OfALedgerThatWasDamagedAreGivenUp) {
-  const NightWords words = {*from_iso_8601("2026-11-21T02:00:00Z"), "timer", "test", {}};
+  const RecordWords words = {
+      .date = *from_iso_8601("2026-11-21T02:00:00Z"), .asked_by = "timer", .software = "test"};
   ASSERT_TRUE(ledger_.append(begun_anew_draft("drill 1", "old.ledger", words, {kHash})));
   EXPECT_THAT(missing({NotedHead::Use::Head, 9, kHash}), IsEmpty());
   EXPECT_THAT(missing({NotedHead::Use::RecordedAfter, 1, kHash}), IsEmpty());
