@@ -121,7 +121,7 @@ residual_um = 40
     const auto recorded = parse_measurements(lines, "m.jsonl");
     ASSERT_TRUE(recorded) << recorded.error().text();
     std::vector<Measurement> replayed;
-    for (const auto& one : recorded->measurements) replayed.push_back(one.measurement);
+    for (const auto& one : recorded->measurements) replayed.push_back(one.answer);
     const auto again = assign_series(replayed, config_.walk.base_limits);
     ASSERT_TRUE(again);
     EXPECT_EQ(again->text(), assignment.text());

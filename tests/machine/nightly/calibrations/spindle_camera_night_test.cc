@@ -227,8 +227,11 @@ TEST(CameraNight, SaysWhatTheMarkDoesThoughItRefusesNothing) {
       time += std::chrono::days(1);
       QualityNight quality;
       quality.levels = {{"contrast of the mark", "1", 0.15 + 0.0003 * (night % 3), true}};
-      const auto entry = ledger->append(
-          self_test_draft(machine_name(*config), quality, {time, "timer", "test", {}}, ""));
+      const auto entry =
+          ledger->append(self_test_draft(machine_name(*config),
+                                         quality,
+                                         {.date = time, .asked_by = "timer", .software = "test"},
+                                         ""));
       ASSERT_TRUE(entry) << entry.error().text();
     }
   }

@@ -230,8 +230,8 @@ TEST_F(NightHistoryTest, AFarMoveByHandIsAFreshStart) {
 TEST_F(NightHistoryTest, ALedgerBegunAnewHasToBeConfirmed) {
   {
     Ledger ledger = this->ledger();
-    const auto begun =
-        ledger.append(begun_anew_draft("drill 1", "old.ledger", {now_, "timer", "test", {}}));
+    const auto begun = ledger.append(begun_anew_draft(
+        "drill 1", "old.ledger", {.date = now_, .asked_by = "timer", .software = "test"}));
     ASSERT_TRUE(begun) << begun.error().text();
   }
   EXPECT_TRUE(history().is_unconfirmed);
