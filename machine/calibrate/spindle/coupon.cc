@@ -12,6 +12,7 @@
 #include "calib/base/json/strict_json.h"
 #include "calib/ledger/ledger.h"
 #include "machine/config/machine_name.h"
+#include "machine/nightly/record/noted_heads.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -162,6 +163,8 @@ std::string missing_rows_text(const Coupon& coupon, const UsedRows& used) {
 
 Expected<int> take_rows(const MachineConfig& config, const TakenBy& by) {
   const Coupon& coupon = *config.coupon;
+  // A ledger that lacks entries does not know which rows are drilled.
+  PANELCAL_CHECK(check_noted_heads(config));
   PANELCAL_TRY(const UsedRows used, used_rows(config));
   const int n_used = used.count();
   if (n_used > coupon.rows - coupon.rows_per_run) {

@@ -13,6 +13,8 @@
 #include "calib/base/files/atomic_file.h"
 #include "calib/base/files/digest.h"
 #include "calib/base/json/strict_json.h"
+#include "machine/config/machine_config.h"
+#include "machine/config/settings/nightly_options.h"
 #include "machine/nightly/record/night_history.h"
 #include <fmt/format.h>
 
@@ -204,6 +206,16 @@ Expected<void> check_noted_heads(const NightFiles& files, const Ledger* ledger) 
        "the newest copy of the ledger; to begin a new ledger instead, lay a new coupon on "
        "the table, write its name into [coupon] name, move the reports to another folder, "
        "and delete \"ledger\" from calibration files that you keep"});
+}
+
+Expected<void> check_noted_heads(const MachineConfig& config) {
+  if (config.ledger_file.empty()) return {};
+  const NightFiles files =
+      night_files_of(config, config.nightly ? *config.nightly : NightlyConfig());
+  std::error_code ignored;
+  if (!fs::exists(files.ledger, ignored)) return check_noted_heads(files, nullptr);
+  PANELCAL_TRY(const Ledger ledger, Ledger::open_to_read(files.ledger));
+  return check_noted_heads(files, &ledger);
 }
 
 Expected<std::vector<std::string>> noted_hashes(const NightFiles& files) {
