@@ -229,8 +229,13 @@ class RunCommand {
   /// Of the verdict: a camera whose scale is wrong moves holes without any target that is off.
   std::string scale_words() {
     const auto words = scale_.words();
-    tells_scale_ = words.has_value();
     return words ? "; " + *words : "";
+  }
+
+  /// Once, in the report's messages too.
+  void warn_of_scale() {
+    auto warning = scale_.warning(options_.machine);
+    if (warning && !std::exchange(has_warned_of_scale_, true)) log_.add(*std::move(warning));
   }
 
   void tell(const JobResult& result) {
@@ -265,6 +270,7 @@ class RunCommand {
 
   void write_report(const JobResult& result) {
     if (options_.report.empty()) return;
+    warn_of_scale();
     ReportInput input;
     input.program_file = job_.program.source.file;
     input.machine_name = machine_.name;
@@ -294,8 +300,8 @@ class RunCommand {
   }
 
   ExitCode finish() {
+    warn_of_scale();
     context_.console.print(log_);
-    if (const auto words = scale_.words(); words && !tells_scale_) context_.console.say(*words);
     if (log_.has_errors() && !is_written_ && !options_.output.empty()) {
       const auto* const spooled = dynamic_cast<const SpooledOutput*>(output_.get());
       context_.console.say(spooled != nullptr && spooled->has_begun_to_commit()
@@ -314,7 +320,7 @@ class RunCommand {
   Provenance provenance_;
   SeenPictures pictures_;
   CommonScale scale_;
-  bool tells_scale_ = false;  ///< the verdict has
+  bool has_warned_of_scale_ = false;
   std::unique_ptr<ThreadPool> pool_;
   std::unique_ptr<JobOutput> output_;
   bool is_written_ = false;
