@@ -7,8 +7,8 @@
 
 namespace panelcal {
 
-/// Operations of a program, unless --max-operations says otherwise: some seconds of work. Larger
-/// programs are mistakes more often than panels, ten million holes are none.
+/// Operations of a program, unless --max-operations says otherwise: some seconds of work. Panels of
+/// ten million holes pass; larger programs are mistakes more often than panels.
 inline constexpr std::int64_t kUsualMaxOperations = 20'000'000;
 
 /// The operator's terms of reading a program: options of every command that reads one.

@@ -37,7 +37,7 @@ Expected<SurfaceRun> probe_surface(const NightSurface& surface,
                                    ProbeSource& probe,
                                    const std::string& made_by);
 
-/// Where a night probes, row by row, to and fro: machine coordinates, mm.
+/// The places that a night probes, row by row, to and fro: machine coordinates, mm.
 std::vector<Eigen::Vector2d> probed_places_mm(const NightSurface& surface);
 
 /// The area of [nightly.surface].
