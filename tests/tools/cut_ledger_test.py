@@ -48,12 +48,20 @@ def calibrate(code, *words):
                     "--clock", "2026-11-24T02:00:00Z", *words, code=code)
 
 
+def job(code):
+    """A job that calibrates the spindle itself (G39)."""
+    Path("job.exc").write_text("M48\nMETRIC,TZ\nT1C0.8F100\n%\nG34,2\nG39\nG35X10.0Y10.0\nT1\n"
+                               "X20.0Y20.0\nM30\n")
+    return panelcal("run", "job.exc", "-m", "machine.toml", "--machine-driver", "sim",
+                    "-o", "job.jsonl", code=code)
+
+
 def is_held(remedy="the newest copy of the ledger"):
     """A night, a dry run, a calibration by hand and a check of machine.toml find it; nothing is
     drilled or recorded."""
     before = state()
     for done in (night(24, code=3), night(24, "--dry-run", code=3), check(3), calibrate(3),
-                 calibrate(3, "--install")):
+                 calibrate(3, "--install"), job(3)):
         assert "error[ledger-cut-off]" in done.stderr, done
         assert remedy in done.stderr, done
     page = json.loads(max(Path("reports").glob("2026-11-23*.json"),
@@ -118,6 +126,8 @@ def main():
     assert rows_used() == 12  # of the ledger, whose count the coupon's file has lost
     calibrate(0)
     assert rows_used() == 15
+    job(0)
+    assert rows_used() == 18
 
     # The other way out: a new coupon and a new ledger, beside nothing that notes the old one.
     put_back("new")

@@ -18,6 +18,7 @@
 #include "machine/job/summary/depth_summary.h"
 #include "machine/job/summary/verdict_summary.h"
 #include "machine/job/text_variables.h"
+#include "machine/nightly/record/noted_heads.h"
 #include "machine/sim/truth.h"
 #include "surface/map/file.h"
 #include "tools/cli/commands.h"
@@ -183,7 +184,10 @@ class RunCommand {
             .observer = observer(),
             .executor = pool_.get(),
             .prompt = [this] { return operator_prompt(kCommand, context_.console); },
-            .taken_by = {system_clock(), asking_person(""), std::string("panelcal ") + kVersion}};
+            .taken_by = {
+                system_clock(), asking_person(""), std::string("panelcal ") + kVersion, [this] {
+                  return check_noted_heads(machine_);
+                }}};
   }
 
   /// Sizes are for the explanation of a refusal, pictures for the report.

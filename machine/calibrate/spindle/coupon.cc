@@ -12,7 +12,6 @@
 #include "calib/base/json/strict_json.h"
 #include "calib/ledger/ledger.h"
 #include "machine/config/machine_name.h"
-#include "machine/nightly/record/noted_heads.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -163,8 +162,7 @@ std::string missing_rows_text(const Coupon& coupon, const UsedRows& used) {
 
 Expected<int> take_rows(const MachineConfig& config, const TakenBy& by) {
   const Coupon& coupon = *config.coupon;
-  // A ledger that lacks entries does not know which rows are drilled.
-  PANELCAL_CHECK(check_noted_heads(config));
+  if (by.check_ledger) PANELCAL_CHECK(by.check_ledger());
   PANELCAL_TRY(const UsedRows used, used_rows(config));
   const int n_used = used.count();
   if (n_used > coupon.rows - coupon.rows_per_run) {

@@ -62,8 +62,8 @@ Expected<std::vector<std::string>> missing_entries(const Ledger& ledger,
 /// See    tests/tools/cut_ledger_test.py
 Expected<void> check_noted_heads(const NightFiles& files, const Ledger* ledger);
 
-/// The same of what a valid machine.toml names, before something is drilled that only the ledger
-/// knows. A machine without a ledger has nothing to hold.
+/// The same of what a valid machine.toml names; asked before rows of the coupon are taken. A
+/// machine without a ledger has nothing to hold.
 ///
 /// Fails  as above; what the ledger reports
 /// See    tests/tools/cut_ledger_test.py
