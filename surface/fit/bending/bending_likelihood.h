@@ -108,7 +108,7 @@ class BendingLikelihood {
   struct Tridiagonal;
   Tridiagonal tridiagonal(BendingKernel kernel, double length) const;
 
-  Eigen::MatrixXd distances_;       ///< of the readings' places; only the lower half
+  Eigen::MatrixXd distances_;  ///< of places, within 1e-4 of each other one; only the lower half
   Eigen::VectorXd weights_per_mm_;  ///< 1 / sigma
   OrthogonalTriangular qr_;         ///< of W trend
   Eigen::MatrixXd contrasts_;

@@ -293,11 +293,11 @@ TEST(SurfaceOutliers, AProbeBesideAWildOneTellsTheHeightThere) {
   const auto wide = fit_without_outliers(points, SurfaceModel::GaussianProcess);
   ASSERT_TRUE(wide) << wide.error().text();
   EXPECT_GT(wide->fit.at(points[4].place).sigma, um(200));
-  // Two good ones at the same place, once recorded half a millimetre beside it.
+  // Two good ones at the same place, once as the scales of the stage have it.
   points.push_back(points[4]);
   points.back().measured.height = mm(1.601);
   points.push_back(points.back());
-  points.back().place = position_mm<frame::Nominal>(100.5, 100);
+  points.back().place = position_mm<frame::Nominal>(100.002, 100);
   points.back().measured.height = mm(1.599);
   const auto found = fit_without_outliers(points, SurfaceModel::GaussianProcess);
   ASSERT_TRUE(found) << found.error().text();
