@@ -51,10 +51,12 @@ std::optional<std::string> CommonScale::words() const {
 std::optional<Diagnostic> CommonScale::warning(const std::string& machine) const {
   const std::optional<std::string> what = problem();
   if (!what) return std::nullopt;
-  return Diagnostic{Code::ScaleSuspicious,
-                    {machine, 0, 0},
-                    *what,
-                    "the size of the vision tool and the scale of the camera as they are"};
+  Diagnostic out;
+  out.code = Code::ScaleSuspicious;
+  out.place.file = machine;
+  out.what = *what;
+  out.expected = "the size of the vision tool and the scale of the camera as they are";
+  return out;
 }
 
 }  // namespace panelcal
