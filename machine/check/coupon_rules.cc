@@ -5,7 +5,9 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "machine/calibrate/surface/run.h"
 #include <Eigen/Core>
 #include <fmt/format.h>
 
@@ -43,11 +45,12 @@ std::optional<double> coupon_hole_mm(const MachineConfig& config) {
   return target.size_px->in_px() * config.camera->parameters.scale_mm_per_px;
 }
 
-/// All rows, the holes' rims included.
+/// All rows that runs take, the holes' rims included.
 MachineArea drilled_area(const MachineConfig& config) {
   const Coupon& coupon = *config.coupon;
   const Eigen::Vector2d rim_mm = Eigen::Vector2d::Constant(coupon_hole_mm(config).value_or(0) / 2);
-  const Eigen::Vector2d steps(coupon.columns - 1, coupon.rows - 1);
+  const int n_rows = coupon.rows - coupon.rows % coupon.rows_per_run;
+  const Eigen::Vector2d steps(coupon.columns - 1, n_rows - 1);
   const Eigen::Vector2d origin_mm = coupon.origin.in_mm();
   return {origin_mm - rim_mm, origin_mm + coupon.pitch.in_mm() * steps + rim_mm};
 }
@@ -106,16 +109,20 @@ void check_surface_is_apart(const MachineConfig& config,
                             const StatedKeys& keys,
                             DiagnosticLog& log) {
   if (!does_calibrate(*config.nightly, "surface")) return;
-  const NightSurface& surface = config.nightly->surface;
-  const MachineArea probed = {surface.low_mm, surface.high_mm};
+  const std::vector<Eigen::Vector2d> probed_mm = probed_places_mm(config.nightly->surface);
   const MachineArea drilled = drilled_area(config);
-  if (!do_meet(probed, drilled)) return;
+  const auto is_drilled = [&](const Eigen::Vector2d& at_mm) {
+    return do_meet({at_mm, at_mm}, drilled);
+  };
+  const auto found = std::ranges::find_if(probed_mm, is_drilled);
+  if (found == probed_mm.end()) return;
   log.add({Code::ConfigValue,
            keys.place("nightly.surface.low_mm"),
-           fmt::format("[nightly.surface] probes {}, over the rows of [coupon], {}",
-                       probed.text(),
+           fmt::format("[nightly.surface] probes ({:.3f}, {:.3f}), among the rows of [coupon], {}",
+                       found->x(),
+                       found->y(),
                        drilled.text()),
-           "a rectangle beside the coupon, whose board and holes are not the table's surface"});
+           "places beside the coupon, whose board and holes are not the table's surface"});
 }
 
 }  // namespace

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "machine/check/machine_check.h"
 
-#include <filesystem>
 #include <set>
 #include <string>
-#include <system_error>
 #include <utility>
 
 #include "machine/calibrate/spindle/calibration.h"
@@ -17,7 +15,6 @@
 #include "machine/look/mark_sights.h"
 #include "machine/nightly/calibrations/night_calibrations.h"
 #include "machine/nightly/checks/mark_look.h"
-#include "machine/nightly/record/night_files.h"
 #include "machine/nightly/record/noted_heads.h"
 #include "machine/plate/pictures.h"
 #include <fmt/format.h>
@@ -69,17 +66,8 @@ void check_calibration(const MachineConfig& config,
 }
 
 /// An older copy of the ledger does not know which rows of the coupon are drilled.
-void check_ledger(const MachineConfig& config, const NightlyConfig& nightly, DiagnosticLog& log) {
-  const NightFiles files = night_files_of(config, nightly);
-  if (files.ledger.empty()) return;
-  std::error_code ignored;
-  if (!std::filesystem::exists(files.ledger, ignored)) {
-    const auto noted = check_noted_heads(files, nullptr);
-    if (!noted) log.add(noted.error());
-    return;
-  }
-  const Expected<Ledger> ledger = Ledger::open_to_read(files.ledger);
-  const auto noted = ledger ? check_noted_heads(files, &*ledger) : failure(ledger.error());
+void check_ledger(const MachineConfig& config, DiagnosticLog& log) {
+  const auto noted = check_noted_heads(config);
   if (!noted) log.add(noted.error());
 }
 
@@ -107,7 +95,7 @@ void check_machine(const MachineConfig& config,
     check_calibration(config, *config.nightly, kind, log);
   }
   check_file_rules(config, keys, log);
-  check_ledger(config, *config.nightly, log);
+  check_ledger(config, log);
   check_calibration_ages(config, now, log);
 }
 

@@ -24,6 +24,9 @@ struct TakenBy {
   Clock clock;  ///< on the wall; must be there where machine.toml names a ledger
   std::string asked_by;
   std::string software;
+  /// That the ledger knows all rows that are drilled, asked before others are taken; empty: it was
+  /// asked before, as nights do.
+  std::function<Expected<void>()> check_ledger = {};
 };
 
 /// The devices of a calibration; see DeviceSet for their owner.

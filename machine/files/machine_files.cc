@@ -83,7 +83,7 @@ class MachineFiles {
 };
 
 /// "2026-11-21" or "2026-11-21-2", as tools/nightly names them.
-bool is_night_record(std::string_view stem) {
+bool is_night_name(std::string_view stem) {
   constexpr std::string_view kDay = "0000-00-00";
   const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
   if (stem.size() < kDay.size()) return false;
@@ -93,6 +93,19 @@ bool is_night_record(std::string_view stem) {
   stem.remove_prefix(kDay.size());
   return stem.empty() ||
          (stem.size() > 1 && stem[0] == '-' && std::ranges::all_of(stem.substr(1), is_digit));
+}
+
+/// As tools/nightly/page.cc has it; the heading of a job's report begins with the program.
+constexpr std::string_view kHeading = "<h1>";
+constexpr std::string_view kNightHeading = "<h1>Night of <b>";
+constexpr std::size_t kMaxPageBytes = std::size_t{1} << 28;
+
+/// A page that is damaged is a night's as well as another's.
+bool is_page_of_something_else(const fs::path& file) {
+  const auto page = read_file(file, kMaxPageBytes);
+  if (!page) return false;
+  const std::size_t at = page->find(kHeading);
+  return at != std::string::npos && !std::string_view(*page).substr(at).starts_with(kNightHeading);
 }
 
 }  // namespace
@@ -110,14 +123,18 @@ void add_machine_files(const fs::path& machine_toml, FileRegister& files, std::s
   }
 }
 
+bool is_night_record(const fs::path& file) {
+  const std::string ending = file.extension().string();
+  if (!is_night_name(file.stem().string())) return false;
+  return ending == ".json" || (ending == ".html" && !is_page_of_something_else(file));
+}
+
 void add_night_records(const fs::path& reports, FileRegister& files, std::string_view except) {
   if (reports.empty()) return;
   std::error_code error;
   for (fs::directory_iterator at(reports, error), end; !error && at != end; at.increment(error)) {
-    const std::string ending = at->path().extension().string();
-    const std::string stem = at->path().stem().string();
-    if ((ending != ".json" && ending != ".html") || !is_night_record(stem)) continue;
-    if (!except.empty() && stem.starts_with(except)) continue;
+    if (!is_night_record(at->path())) continue;
+    if (!except.empty() && at->path().stem().string().starts_with(except)) continue;
     files.add(at->path(), "the record of a night");
   }
 }

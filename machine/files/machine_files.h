@@ -22,6 +22,10 @@ void add_machine_files(const std::filesystem::path& machine_toml,
                        FileRegister& files,
                        std::string_view except = {});
 
+/// True for a file named as a night's record, `2026-11-21.json` or `2026-11-21-2.html`, but for a
+/// page whose heading is another's: a job's report may be named by its day.
+bool is_night_record(const std::filesystem::path& file);
+
 /// Notes the records of nights in the folder of reports, `2026-11-21.json` or `2026-11-21-2.html`:
 /// `history verify -m` holds the ledger against them.
 ///

@@ -18,6 +18,7 @@
 #include "program/judge/explain.h"
 #include "program/model/operation.h"
 #include "program/walk/program.h"
+#include "program/walk/reading_terms.h"
 #include "program/walk/survey.h"
 #include "surface/map/zoned_map.h"
 
@@ -50,7 +51,7 @@ struct Job {
   bool force = false;
   bool compares_models = false;    ///< the report shows the models that were not taken
   bool finds_worst_place = false;  ///< JobResult::worst_hole and worst_number are wanted
-  std::int64_t max_operations = 1'000'000'000;
+  std::int64_t max_operations = kUsualMaxOperations;
   /// Z axis of the probes that `surface` is made of, from 0; the spindle that drills has to have
   /// it. Empty: unknown (StoredMap).
   std::optional<int> surface_axis;

@@ -8,6 +8,7 @@
 
 #include "calib/base/expected.h"
 #include "machine/config/machine_config.h"
+#include "program/walk/reading_terms.h"
 
 namespace panelcal {
 
@@ -16,7 +17,7 @@ struct WalkTerms {
   std::string program;  ///< its path as on the command line; `-` is standard input; empty: none
   std::string clock;    ///< the time on the wall, as wall_time() takes it; empty: `now`
   std::chrono::sys_seconds now{};  ///< UTC
-  std::int64_t max_operations = 1'000'000'000;
+  std::int64_t max_operations = kUsualMaxOperations;
   std::optional<ReadingTerms> reading = {};  ///< absent: as the machine has them
   /// The spindle-camera offset drifts until then. Not where nothing is measured or corrected.
   bool ages_offset = true;

@@ -96,7 +96,7 @@ struct WalkOptions {
   Position<frame::Machine> absolute_zero;
   /// A repeat of repeats can ask for more holes than there are atoms; this is where we stop. So
   /// many lines of step and repeat that do not operate are the most as well.
-  std::int64_t max_operations = 1'000'000'000;
+  std::int64_t max_operations = kUsualMaxOperations;
   /// The same for targets; their measurements are kept in memory, about 1 kB each.
   std::int64_t max_measurements = 100'000;
   std::optional<ReferenceScaling> scaling;

@@ -108,7 +108,8 @@ bool prefers_plane(const SurfaceFit& plane,
   constexpr std::size_t kTellNothing = 5, kTellPlanes = 13;
   // A bend that few probes may show is in the sigma of the process alone.
   if (!process.possible_bends().empty() || process.shape().unresolved > mm(0)) return false;
-  if (kept.size() > kTellNothing && kept.size() < kTellPlanes) return false;
+  const bool tells_something = kept.size() > kTellNothing && process.has_seen_bending();
+  if (tells_something && kept.size() < kTellPlanes) return false;
   const Misses of_process = misses(process, kept);
   // A bend that hangs on single probes is no reason against a plane.
   const bool hangs = std::ranges::any_of(of_process, [](const auto& miss) { return !miss; });

@@ -40,18 +40,23 @@ constexpr Index kAtOnce = 256;
 constexpr Index kCovariancesAtOnce = 12'000;
 
 /// A plane has no room for misses beyond chance: the noise factor is that of an assumed scatter.
-Bending flat(const BendingLikelihood& likelihood) {
+Bending flat(const BendingLikelihood& likelihood, SurfaceModel model) {
   constexpr std::array kNone = {BendingKernel::None};
   Bending out = likelihood.best_of(kNone);
   if (!likelihood.is_trend_enough()) {
     out.noise_factor = std::max(out.noise_factor, likelihood.noise_factor_of_trend());
   }
+  // Other models of three places are a plane with their own name.
+  if (model == SurfaceModel::ThinPlate) out.kernel = BendingKernel::ThinPlate;
+  if (model == SurfaceModel::GaussianProcess) out.kernel = BendingKernel::Matern12;
   return out;
 }
 
 std::vector<BendingShare> explained(const BendingLikelihood& likelihood, SurfaceModel model) {
   constexpr std::array kThinPlate = {BendingKernel::ThinPlate};
-  if (model == SurfaceModel::Plane) return {{flat(likelihood)}};
+  if (model == SurfaceModel::Plane || !likelihood.has_seen_bending()) {
+    return {{flat(likelihood, model)}};
+  }
   if (model == SurfaceModel::ThinPlate) return {{likelihood.best_of(kThinPlate)}};
   return internal::bending_average(likelihood);
 }
@@ -65,6 +70,7 @@ std::optional<BendingLikelihood> likelihood_of(const Readings& readings, Surface
   const bool may_bow = model == SurfaceModel::GaussianProcess &&
                        readings.heights_mm.size() >= static_cast<Index>(kLeastForBow);
   if (may_bow) out = BendingLikelihood::of(readings, kBowTrend);
+  if (out && out->n_places() < static_cast<Index>(kLeastForBow)) out.reset();
   if (!out) out = BendingLikelihood::of(readings, kPlaneTrend);
   return out;
 }
@@ -119,6 +125,7 @@ struct SurfaceFit::State {
   std::vector<std::size_t> by_length;  ///< indices of these, longest first
   std::vector<LeftOutProbe> left_out;
   std::vector<PossibleBend> bends;
+  bool has_seen_bending = true;
   std::optional<internal::GridSurface> grid;  ///< of a grid model, which solves nothing
 
   State(SurfaceModel of_model,
@@ -157,7 +164,10 @@ SurfaceFit::State::State(SurfaceModel of_model,
                          SolvedBending::Noise noise,
                          Readings of,
                          const BendingLikelihood& likelihood)
-    : model(of_model), shapes(of_shapes.begin(), of_shapes.end()), readings(std::move(of)) {
+    : model(of_model),
+      shapes(of_shapes.begin(), of_shapes.end()),
+      readings(std::move(of)),
+      has_seen_bending(likelihood.has_seen_bending()) {
   for (ShapeShare& share : shapes) {
     solved.emplace_back(internal::bending_of(share.shape, readings), readings, likelihood, noise);
     share.shape.noise_factor = solved.back().noise_factor();
@@ -360,6 +370,10 @@ Length SurfaceFit::amplitude() const {
 Length SurfaceFit::length() const {
   if (!(amplitude() > mm(0))) return mm(0);
   return shape().length;
+}
+
+bool SurfaceFit::has_seen_bending() const {
+  return state_->has_seen_bending;
 }
 
 int SurfaceFit::n_trend() const {

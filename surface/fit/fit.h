@@ -35,7 +35,7 @@ inline constexpr std::size_t kMostBentProbes = 3000;
 /// Of a grid model, which solves nothing: as many as a map's file has room for.
 inline constexpr std::size_t kMostGridProbes = 50'000;
 
-/// Fewer probes than this are not asked for bow and twist.
+/// Probes of fewer places than this are not asked for bow and twist.
 inline constexpr std::size_t kLeastForBow = 12;
 
 /// Checks that a model takes this number of probes, and that all of them are numbers that a board
@@ -86,6 +86,9 @@ class SurfaceFit {
   Length amplitude() const;
   /// Over which the bending changes; 0 where amplitude() is 0.
   Length length() const;
+  /// False if the probes' places are no more than the trend's coefficients, however often each was
+  /// probed: nothing tells how the board bends between them.
+  bool has_seen_bending() const;
   /// Coefficients of the trend: 3 for a plane, 6 with bow and twist, 0 for grid models.
   int n_trend() const;
   /// In the order of the probes; trend, strength and length of the bending as they are.
@@ -121,7 +124,9 @@ class SurfaceFit {
 /// lengths by their posterior weights (surface/fit/bending/bending_average.h): height and variance
 /// are those of the mixture, so that sigma has what the shapes disagree in. The trend of a Gaussian
 /// process is bow and twist, (1, x, y, x^2, x y, y^2), where the probes determine it and are
-/// kLeastForBow or more; else a plane. Its error enters the sigma of every height.
+/// have kLeastForBow places or more; else a plane. Probes of three places see no bending, however
+/// often they are repeated: they make the plane through them. The trend's error enters the sigma of
+/// every height.
 ///
 /// k is 1: stated scatter is believed, and what the probes miss more is bending. Of a plane that
 /// they miss by more than chance allows, that has no room but SurfaceShape::unresolved, in every

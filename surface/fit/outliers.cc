@@ -163,10 +163,19 @@ Expected<SoundSurface> Sorting::doubted(SurfaceFit found,
   if (are_few()) {
     found = found.with(possible_bends(points_, kept_, outliers));
     for (const SurfaceOutlier& outlier : outliers) {
+      const auto is_of_it = [&](const PossibleBend& bend) {
+        return bend.place.in_mm() == points_[outlier.i_point].place.in_mm();
+      };
+      if (!std::ranges::any_of(found.possible_bends(), is_of_it)) continue;
       doubt += (doubt.empty() ? "" : "; ") + doubt_of(outlier);
     }
   }
   if (!doubt_.empty()) doubt += (doubt.empty() ? "" : "; ") + doubt_;
+  if (found.model() != SurfaceModel::Plane && !found.has_seen_bending()) {
+    doubt += fmt::format("{}{} probes at three places show no bending of the board: sigma has none",
+                         doubt.empty() ? "" : "; ",
+                         kept_.size());
+  }
   return SoundSurface{std::move(found), kept_, std::move(outliers), std::move(doubt)};
 }
 
@@ -335,7 +344,8 @@ std::vector<PossibleBend> possible_bends(std::span<const ProbePoint> points,
   std::vector<ProbePoint> others;
   for (const std::size_t i : kept) others.push_back(points[i]);
   for (const SurfaceOutlier& outlier : outliers) {
-    out.push_back(possible_bend(points[outlier.i_point], outlier.deviation, others));
+    const auto bend = possible_bend(points[outlier.i_point], outlier.deviation, others);
+    if (bend) out.push_back(*bend);
   }
   return out;
 }

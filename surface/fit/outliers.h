@@ -48,7 +48,8 @@ struct OutlierOptions {
   Expected<void> validate() const;
 };
 
-/// The bends that these outliers may show; none of more than kFewProbes, which judge them.
+/// The bends that these outliers may show; none of more than kFewProbes, which judge them, and none
+/// where a kept probe stands at the same place.
 ///
 /// In     points: those that the outliers are indices of; kept: 1 or more indices
 std::vector<PossibleBend> possible_bends(std::span<const ProbePoint> points,

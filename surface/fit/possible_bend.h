@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 
 #include "calib/base/frames.h"
@@ -13,6 +14,9 @@ namespace panelcal {
 
 /// Up to this number of probes no clean part judges the rest: each is judged by all the others.
 inline constexpr std::size_t kFewProbes = 15;
+
+/// Of the distance to the fourth nearest place: a bend that reaches that far is the same here.
+inline constexpr double kSameProbePlace = 0.1;
 
 /// A bend of the board that a probe may show which was left out as wild.
 ///
@@ -29,11 +33,13 @@ struct PossibleBend {
 };
 
 /// The bend that a probe may show: no probe tells how far it reaches but the kept ones around it,
-/// and as the pitch of columns may be another than that of rows, it ends at the fourth nearest.
+/// and as the pitch of columns may be another than that of rows, it ends at the fourth nearest
+/// place. Probes nearer to each other than kSameProbePlace of the way there are of one place.
+/// Empty where a kept probe is of the wild one's place: it tells the height there.
 ///
 /// In     kept: 1 or more
-PossibleBend possible_bend(const ProbePoint& wild,
-                           Length deviation,
-                           std::span<const ProbePoint> kept);
+std::optional<PossibleBend> possible_bend(const ProbePoint& wild,
+                                          Length deviation,
+                                          std::span<const ProbePoint> kept);
 
 }  // namespace panelcal

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""A night is held before anything moves while calibrations and reports note entries that the ledger lacks.
+"""A night and a calibration by hand are held before anything moves while calibrations and reports note entries that the ledger lacks.
 
     cut_ledger_test.py PANELCAL REPOSITORY
 """
@@ -43,10 +43,25 @@ def state():
     return [entries, *(file.read_bytes() if file.exists() else b"" for file in (COUPON, SPINDLE))]
 
 
+def calibrate(code, *words):
+    return panelcal("calibrate", "spindle-camera", "-m", "machine.toml", "--machine-driver", "sim",
+                    "--clock", "2026-11-24T02:00:00Z", *words, code=code)
+
+
+def job(code):
+    """A job that calibrates the spindle itself (G39)."""
+    Path("job.exc").write_text("M48\nMETRIC,TZ\nT1C0.8F100\n%\nG34,2\nG39\nG35X10.0Y10.0\nT1\n"
+                               "X20.0Y20.0\nM30\n")
+    return panelcal("run", "job.exc", "-m", "machine.toml", "--machine-driver", "sim",
+                    "-o", "job.jsonl", code=code)
+
+
 def is_held(remedy="the newest copy of the ledger"):
-    """A night, a dry run and a check of machine.toml find it; nothing is drilled or recorded."""
+    """A night, a dry run, a calibration by hand and a check of machine.toml find it; nothing is
+    drilled or recorded."""
     before = state()
-    for done in (night(24, code=3), night(24, "--dry-run", code=3), check(3)):
+    for done in (night(24, code=3), night(24, "--dry-run", code=3), check(3), calibrate(3),
+                 calibrate(3, "--install"), job(3)):
         assert "error[ledger-cut-off]" in done.stderr, done
         assert remedy in done.stderr, done
     page = json.loads(max(Path("reports").glob("2026-11-23*.json"),
@@ -109,6 +124,10 @@ def main():
     check(0)
     night(24)
     assert rows_used() == 12  # of the ledger, whose count the coupon's file has lost
+    calibrate(0)
+    assert rows_used() == 15
+    job(0)
+    assert rows_used() == 18
 
     # The other way out: a new coupon and a new ledger, beside nothing that notes the old one.
     put_back("new")

@@ -53,6 +53,18 @@ def check_records():
     panelcal("history", "show", "1", "--result", "-l", "drill1.ledger", "-o", "one.json")
 
 
+def check_report_of_a_job():
+    """A job's report that is named by its day: another job's replaces it, a night's does not."""
+    job = ("run", "job.exc", "-m", "machine.toml", "--images", "images", "-o", "new.drl", "--report",
+           "rep/2026-11-25.html")
+    panelcal(*job)
+    panelcal(*job)
+    page = Path("rep/2026-11-25.html").read_bytes()
+    panelcal("nightly", "-m", "machine.toml", "--clock", "2026-11-25T02:00:00Z")
+    assert Path("rep/2026-11-25.html").read_bytes() == page
+    assert Path("rep/2026-11-25-2.html").exists()
+
+
 def check_subprograms():
     Path("sub").mkdir()
     Path("sub/A.SS5").write_text("@A\nX1.Y1.\n")
@@ -73,6 +85,7 @@ def main():
     text = Path("machine.toml").read_text()
     Path("machine.toml").write_text(text.replace("[nightly]\n", '[nightly]\nreports = "rep"\n'))
     check_records()
+    check_report_of_a_job()
     check_subprograms()
 
 

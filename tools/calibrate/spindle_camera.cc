@@ -16,6 +16,7 @@
 #include "machine/devices/cameras/camera_settings.h"
 #include "machine/job/spindle_age.h"
 #include "machine/nightly/record/night_lock.h"
+#include "machine/nightly/record/noted_heads.h"
 #include "tools/calibrate/calibrate.h"
 #include "tools/calibrate/spindle_answer.h"
 #include "tools/cli/operator_prompt.h"
@@ -44,6 +45,8 @@ class SpindleCamera {
     PANELCAL_TRY(const Prompt prompt, prompt_of());
     std::optional<NightLock> lock;
     PANELCAL_CHECK(lock_machine(options_, config_, lock));
+    // Before a ledger is begun beside files that note entries of another.
+    PANELCAL_CHECK(check_noted_heads(config_));
     PANELCAL_TRY(const DeviceSet set, open_devices(options_, config_));
     // Before a row of the coupon is used up.
     std::optional<Ledger> ledger;

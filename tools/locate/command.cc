@@ -175,7 +175,7 @@ ExitCode run_command(const LocateCommandOptions& options, CommandContext& contex
   };
   make_in_order(pool.get(), options.images.size(), make, take);
   if (is_refused) {
-    if (const auto words = scale.words()) context.console.say(*words);
+    if (const auto warning = scale.warning(options.machine)) context.console.print(*warning);
   }
   return exit_code(log);
 }

@@ -252,11 +252,22 @@ class NightlyRun {
     const auto numbered = [&](int i) { return fmt::format("{}-{}", record.night, i); };
     const bool has_measured = record.outcome != NightOutcome::Failed &&
                               !std::ranges::all_of(record.steps, &NightStep::is_from_earlier_run);
-    if (!is_there(record.night) || (has_measured && !is_there(numbered(2)))) return record.night;
+    if (!is_there(record.night)) return record.night;
+    if (has_measured && !is_there(numbered(2)) && is_of_nights(folder / record.night)) {
+      return record.night;
+    }
     int i = 2;
     constexpr int kMostReports = 1000;  // a day of a run every two minutes
     while (i < kMostReports && is_there(numbered(i))) ++i;
     return numbered(i);
+  }
+
+  /// False if a job's report has the name of a night's page.
+  static bool is_of_nights(const std::filesystem::path& stem) {
+    std::filesystem::path page = stem;
+    page += ".html";
+    std::error_code ignored;
+    return !std::filesystem::exists(page, ignored) || is_night_record(page);
   }
 
   /// "reports/2026-11-21.html", without the "./" of a machine file named without a folder.

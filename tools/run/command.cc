@@ -18,6 +18,7 @@
 #include "machine/job/summary/depth_summary.h"
 #include "machine/job/summary/verdict_summary.h"
 #include "machine/job/text_variables.h"
+#include "machine/nightly/record/noted_heads.h"
 #include "machine/sim/truth.h"
 #include "surface/map/file.h"
 #include "tools/cli/commands.h"
@@ -183,7 +184,10 @@ class RunCommand {
             .observer = observer(),
             .executor = pool_.get(),
             .prompt = [this] { return operator_prompt(kCommand, context_.console); },
-            .taken_by = {system_clock(), asking_person(""), std::string("panelcal ") + kVersion}};
+            .taken_by = {
+                system_clock(), asking_person(""), std::string("panelcal ") + kVersion, [this] {
+                  return check_noted_heads(machine_);
+                }}};
   }
 
   /// Sizes are for the explanation of a refusal, pictures for the report.
@@ -229,8 +233,13 @@ class RunCommand {
   /// Of the verdict: a camera whose scale is wrong moves holes without any target that is off.
   std::string scale_words() {
     const auto words = scale_.words();
-    tells_scale_ = words.has_value();
     return words ? "; " + *words : "";
+  }
+
+  /// Once, in the report's messages too.
+  void warn_of_scale() {
+    auto warning = scale_.warning(options_.machine);
+    if (warning && !std::exchange(has_warned_of_scale_, true)) log_.add(*std::move(warning));
   }
 
   void tell(const JobResult& result) {
@@ -265,6 +274,7 @@ class RunCommand {
 
   void write_report(const JobResult& result) {
     if (options_.report.empty()) return;
+    warn_of_scale();
     ReportInput input;
     input.program_file = job_.program.source.file;
     input.machine_name = machine_.name;
@@ -294,8 +304,8 @@ class RunCommand {
   }
 
   ExitCode finish() {
+    warn_of_scale();
     context_.console.print(log_);
-    if (const auto words = scale_.words(); words && !tells_scale_) context_.console.say(*words);
     if (log_.has_errors() && !is_written_ && !options_.output.empty()) {
       const auto* const spooled = dynamic_cast<const SpooledOutput*>(output_.get());
       context_.console.say(spooled != nullptr && spooled->has_begun_to_commit()
@@ -314,7 +324,7 @@ class RunCommand {
   Provenance provenance_;
   SeenPictures pictures_;
   CommonScale scale_;
-  bool tells_scale_ = false;  ///< the verdict has
+  bool has_warned_of_scale_ = false;
   std::unique_ptr<ThreadPool> pool_;
   std::unique_ptr<JobOutput> output_;
   bool is_written_ = false;

@@ -26,7 +26,7 @@ void CommonScale::add(const Detection& detection) {
   if (detection.size_ratio) ratios_.push_back(*detection.size_ratio);
 }
 
-std::optional<std::string> CommonScale::words() const {
+std::optional<std::string> CommonScale::problem() const {
   if (ratios_.size() < kMinSeen) return std::nullopt;
   std::vector<double> sorted = ratios_;
   std::ranges::sort(sorted);
@@ -35,13 +35,28 @@ std::optional<std::string> CommonScale::words() const {
   const bool is_common =
       std::abs(deviation) >= kMinDeviation && spread <= kMaxSpread * std::abs(deviation);
   if (!is_common) return std::nullopt;
-  return fmt::format(
-      "all {} targets measure {:.1f} % {} than stated (they differ by {:.1f} %): the vision "
-      "tool's size or the camera's scale is wrong",
-      sorted.size(),
-      100 * std::abs(deviation),
-      deviation > 0 ? "larger" : "smaller",
-      100 * spread);
+  return fmt::format("all {} targets measure {:.1f} % {} than stated (they differ by {:.1f} %)",
+                     sorted.size(),
+                     100 * std::abs(deviation),
+                     deviation > 0 ? "larger" : "smaller",
+                     100 * spread);
+}
+
+std::optional<std::string> CommonScale::words() const {
+  std::optional<std::string> out = problem();
+  if (out) *out += ": the vision tool's size or the camera's scale is wrong";
+  return out;
+}
+
+std::optional<Diagnostic> CommonScale::warning(const std::string& machine) const {
+  const std::optional<std::string> what = problem();
+  if (!what) return std::nullopt;
+  Diagnostic out;
+  out.code = Code::ScaleSuspicious;
+  out.place.file = machine;
+  out.what = *what;
+  out.expected = "the size of the vision tool and the scale of the camera as they are";
+  return out;
 }
 
 }  // namespace panelcal

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/base/diagnostic.h"
 #include "vision/fit/detection.h"
 
 namespace panelcal {
@@ -21,8 +22,14 @@ class CommonScale {
   /// "all 12 targets measure 2.0 % larger than stated (they differ by 0.1 %): ..."; empty for
   /// fewer than three, or if they do not agree, or agree with what is stated.
   std::optional<std::string> words() const;
+  /// The same as scale-suspicious, a warning.
+  ///
+  /// In     machine: the file that states the sizes
+  std::optional<Diagnostic> warning(const std::string& machine) const;
 
  private:
+  std::optional<std::string> problem() const;
+
   std::vector<double> ratios_;
 };
 

@@ -163,6 +163,7 @@ std::string missing_rows_text(const Coupon& coupon, const UsedRows& used) {
 
 Expected<int> take_rows(const MachineConfig& config, const TakenBy& by) {
   const Coupon& coupon = *config.coupon;
+  if (by.check_ledger) PANELCAL_CHECK(by.check_ledger());
   PANELCAL_TRY(const UsedRows used, used_rows(config));
   const int n_used = used.count();
   if (n_used > coupon.rows - coupon.rows_per_run) {

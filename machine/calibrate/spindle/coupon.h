@@ -54,7 +54,8 @@ std::string missing_rows_text(const Coupon& coupon, const UsedRows& used);
 /// no row is drilled twice.
 ///
 /// Out    the first row, from 0
-/// Fails  as used_rows; config-value (too few rows are left); ledger-entry-invalid (no clock);
+/// Fails  as TakenBy::check_ledger and used_rows; config-value (too few rows are left);
+/// ledger-entry-invalid (no clock);
 ///        device-write
 /// See    tests/machine/calibrate/spindle/coupon_test.cc
 Expected<int> take_rows(const MachineConfig& config, const TakenBy& by);

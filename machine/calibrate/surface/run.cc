@@ -113,6 +113,12 @@ SurfaceArea area_of(const NightSurface& surface) {
   return {0.5 * (surface.low_mm + surface.high_mm), 0.5 * (surface.high_mm - surface.low_mm)};
 }
 
+std::vector<Eigen::Vector2d> probed_places_mm(const NightSurface& surface) {
+  std::vector<Eigen::Vector2d> out;
+  for (const ProbedPlace& place : probed_places(surface)) out.push_back(place.at.in_mm());
+  return out;
+}
+
 Expected<SurfaceRun> probe_surface(const NightSurface& surface,
                                    ProbeSource& probe,
                                    const std::string& made_by) {

@@ -9,6 +9,7 @@
 #include "machine/config/settings/nightly_options.h"
 #include "program/walk/probing.h"
 #include "surface/map/file.h"
+#include <Eigen/Core>
 
 namespace panelcal {
 
@@ -35,6 +36,9 @@ struct SurfaceRun {
 Expected<SurfaceRun> probe_surface(const NightSurface& surface,
                                    ProbeSource& probe,
                                    const std::string& made_by);
+
+/// The places that a night probes, row by row, to and fro: machine coordinates, mm.
+std::vector<Eigen::Vector2d> probed_places_mm(const NightSurface& surface);
 
 /// The area of [nightly.surface].
 SurfaceArea area_of(const NightSurface& surface);

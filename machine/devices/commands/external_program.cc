@@ -85,7 +85,7 @@ class Child {
   Child(const Child&) = delete;
   Child& operator=(const Child&) = delete;
   ~Child() {
-    if (!is_reaped_) halt();
+    if (!is_reaped_ && !was_halted_) halt();
   }
 
   int pidfd() const { return pidfd_.get(); }
@@ -99,8 +99,10 @@ class Child {
     return status;
   }
 
-  /// Ends all of it: asked to, then made to.
+  /// Ends all of it: asked to, then made to. What this user may not signal, as a program under
+  /// sudo, is left behind, and so is what does not end all the same.
   void halt() {
+    was_halted_ = true;
     const auto until = Clock::now() + kGrace;
     const pid_t all = group_ ? -pid_ : pid_;
     kill(all, SIGTERM);
@@ -108,10 +110,19 @@ class Child {
     // The first one is gone; what it has run may still be halting the machine.
     wait_for_the_rest(until);
     if (group_ || !is_reaped_) kill(all, SIGKILL);
-    if (!is_reaped_) reap();
     // What is killed needs a moment, too, until it is gone.
-    wait_for_the_rest(Clock::now() + kGrace);
+    const auto last = Clock::now() + kGrace;
+    if (!is_reaped_ && has_ended_by(last)) reap();
+    wait_for_the_rest(last);
+    if (is_out_of_reach(is_reaped_ ? -pid_ : pid_)) {
+      left_running_ = system_text(EPERM);
+    } else if (!is_reaped_) {
+      left_running_ = "it does not end";
+    }
   }
+
+  /// Why it runs on although it was halted; empty if it does not.
+  const std::string& left_running() const { return left_running_; }
 
  private:
   bool has_ended_by(Clock::time_point until) const {
@@ -124,9 +135,15 @@ class Child {
     return false;
   }
 
+  /// A process, or a group of its own of which nothing is left that may be signalled.
+  bool is_out_of_reach(pid_t pid) const {
+    return (group_ || pid > 0) && kill(pid, 0) != 0 && errno == EPERM;
+  }
+
   /// Only of a group of its own: the others in the caller's have nothing to do with it.
   void wait_for_the_rest(Clock::time_point until) const {
-    while (group_ && is_reaped_ && Clock::now() < until && kill(-pid_, 0) == 0) {
+    while (group_ && is_reaped_ && Clock::now() < until &&
+           (kill(-pid_, 0) == 0 || errno == EPERM)) {
       poll(nullptr, 0, kLookAgain_ms);
     }
   }
@@ -135,6 +152,8 @@ class Child {
   FileDescriptor pidfd_;
   std::optional<HaltedGroup> group_;  ///< its own, where signals are heeded
   bool is_reaped_ = false;
+  bool was_halted_ = false;
+  std::string left_running_;
 };
 
 /// The program's side of its surroundings: no input, output into our pipes, ordinary signals.
@@ -246,6 +265,22 @@ std::string ending_text(const Ending& ending) {
   return text;
 }
 
+/// A program that runs on although it was halted: a person has to stop the machine.
+Diagnostic left_running(const std::vector<std::string>& words,
+                        const std::string& why,
+                        std::string what) {
+  const std::string more = "could not be halted (" + why + "): the machine may still move";
+  const std::string expected =
+      "the machine stopped by hand, and a program that this user may signal";
+  if (const auto interrupted = check_interruption(); !interrupted) {
+    Diagnostic out = interrupted.error();
+    out.what += ", and " + quoted(words.front()) + " " + more;
+    out.expected = expected;
+    return out;
+  }
+  return problem(words, std::move(what) + " and " + more, expected);
+}
+
 }  // namespace
 
 Expected<std::string> run_program(const std::vector<std::string>& words, Time limit) {
@@ -268,11 +303,15 @@ Expected<std::string> run_program(const std::vector<std::string>& words, Time li
   out->write.close();
   err->write.close();
   const std::optional<Ending> ending = attend(child, *out, *err, deadline);
+  if (!ending) child.halt();
+  const std::string late = fmt::format("did not end within {} s", limit.in_s());
+  if (!child.left_running().empty()) {
+    return failure(left_running(words, child.left_running(), late));
+  }
   if (!ending) {
     PANELCAL_CHECK(check_interruption());
-    return failure(problem(words,
-                           fmt::format("did not end within {} s and was stopped", limit.in_s()),
-                           "an end with code 0 when the order is carried out"));
+    return failure(problem(
+        words, late + " and was stopped", "an end with code 0 when the order is carried out"));
   }
   if (ending->status != 0) {
     // A signal to all processes of a service reaches the program as well.

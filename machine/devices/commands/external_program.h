@@ -18,8 +18,8 @@ namespace panelcal::internal {
 /// whole group is halted. Else it stays in the caller's, so that Ctrl-C stops both.
 ///
 /// Fails  interrupted; device-stage (cannot be started; ends with another code than 0, with its
-/// last words from
-///        standard error; does not end in time; more than 64 KiB of output)
+///        last words from standard error; does not end in time; more than 64 KiB of output). Both
+///        say so where it could not be halted, as a program under sudo, and is left running
 /// Note   what a child of the program still writes after the program's end is not waited for
 Expected<std::string> run_program(const std::vector<std::string>& words, Time limit);
 

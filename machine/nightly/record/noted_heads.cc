@@ -13,6 +13,8 @@
 #include "calib/base/files/atomic_file.h"
 #include "calib/base/files/digest.h"
 #include "calib/base/json/strict_json.h"
+#include "machine/config/machine_config.h"
+#include "machine/config/settings/nightly_options.h"
 #include "machine/nightly/record/night_history.h"
 #include <fmt/format.h>
 
@@ -188,22 +190,60 @@ Expected<std::vector<std::string>> missing_without_ledger(const std::vector<Note
   return missing;
 }
 
+Expected<std::vector<std::string>> missing_of(const Ledger* ledger,
+                                              const std::vector<NotedFile>& files) {
+  return ledger != nullptr ? missing_entries(*ledger, files) : missing_without_ledger(files);
+}
+
+/// Where neither a report nor the spindle's calibration notes them, which are as old as the holes
+/// of the coupon, the files are another machine's more often than the ledger an older copy.
+Expected<std::string> remedy_of(const NightFiles& files,
+                                const Ledger* ledger,
+                                const std::vector<NotedFile>& noted) {
+  const std::vector<fs::path> named = files.that_note_the_head();
+  std::string brought;
+  std::vector<NotedFile> own;
+  for (const NotedFile& file : noted) {
+    if (file.file == files.spindle || std::ranges::find(named, file.file) == named.end()) {
+      own.push_back(file);
+      continue;
+    }
+    PANELCAL_TRY(const std::vector<std::string> missing, missing_of(ledger, {file}));
+    if (missing.empty()) continue;
+    brought += (brought.empty() ? "" : " and from ") + quoted(file.file.string(), 200);
+  }
+  PANELCAL_TRY(const std::vector<std::string> missing, missing_of(ledger, own));
+  if (missing.empty()) {
+    return fmt::format(
+        "\"ledger\" deleted from {} if another machine's ledger is noted there; else the newest "
+        "copy of the ledger",
+        brought);
+  }
+  return "the newest copy of the ledger; to begin a new ledger instead, lay a new coupon on the "
+         "table, write its name into [coupon] name, move the reports to another folder, and "
+         "delete \"ledger\" from calibration files that you keep";
+}
+
 Expected<void> check_noted_heads(const NightFiles& files, const Ledger* ledger) {
   PANELCAL_TRY(NotingFiles noting, noting_files_of(files));
   for (NotedFile& file : noting.noted) file.head.use = NotedHead::Use::Head;
-  PANELCAL_TRY(const std::vector<std::string> missing,
-               ledger != nullptr ? missing_entries(*ledger, noting.noted)
-                                 : missing_without_ledger(noting.noted));
+  PANELCAL_TRY(const std::vector<std::string> missing, missing_of(ledger, noting.noted));
   if (missing.empty()) return {};
+  PANELCAL_TRY(std::string remedy, remedy_of(files, ledger, noting.noted));
   std::string what = missing.back();
   if (missing.size() > 1) what += fmt::format(" (and {} more)", amount(missing.size() - 1, "file"));
   return failure(
-      {Code::LedgerCutOff,
-       {files.ledger.string(), 0, 0},
-       std::move(what),
-       "the newest copy of the ledger; to begin a new ledger instead, lay a new coupon on "
-       "the table, write its name into [coupon] name, move the reports to another folder, "
-       "and delete \"ledger\" from calibration files that you keep"});
+      {Code::LedgerCutOff, {files.ledger.string(), 0, 0}, std::move(what), std::move(remedy)});
+}
+
+Expected<void> check_noted_heads(const MachineConfig& config) {
+  if (config.ledger_file.empty()) return {};
+  const NightFiles files =
+      night_files_of(config, config.nightly ? *config.nightly : NightlyConfig());
+  std::error_code ignored;
+  if (!fs::exists(files.ledger, ignored)) return check_noted_heads(files, nullptr);
+  PANELCAL_TRY(const Ledger ledger, Ledger::open_to_read(files.ledger));
+  return check_noted_heads(files, &ledger);
 }
 
 Expected<std::vector<std::string>> noted_hashes(const NightFiles& files) {

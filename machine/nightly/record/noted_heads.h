@@ -14,6 +14,8 @@
 
 namespace panelcal {
 
+struct MachineConfig;
+
 // Not installed: what files note of the ledger, and whether it still has it.
 /// A file that notes the head of a ledger.
 struct NotedFile {
@@ -59,6 +61,13 @@ Expected<std::vector<std::string>> missing_entries(const Ledger& ledger,
 /// Fails  ledger-cut-off; file-unreadable (a report)
 /// See    tests/tools/cut_ledger_test.py
 Expected<void> check_noted_heads(const NightFiles& files, const Ledger* ledger);
+
+/// The same of what a valid machine.toml names; asked before rows of the coupon are taken. A
+/// machine without a ledger has nothing to hold.
+///
+/// Fails  as above; what the ledger reports
+/// See    tests/tools/cut_ledger_test.py
+Expected<void> check_noted_heads(const MachineConfig& config);
 
 /// Hashes of the heads that the files of a machine.toml note, each once.
 ///

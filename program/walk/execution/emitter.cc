@@ -9,6 +9,8 @@
 namespace panelcal {
 namespace {
 
+constexpr std::string_view kShorter = "a shorter program, or a higher --max-operations";
+
 Transform<frame::Nominal, frame::Nominal> scaling_map(const ReferenceScaling& scaling) {
   const Eigen::Vector2d factor(scaling.x, scaling.y);
   const Eigen::Vector2d about_mm = scaling.about.in_mm();
@@ -44,7 +46,11 @@ Emitter::Emitter(const std::map<int, Tool>& header_tools,
 // --- counting ----------------------------------------------------------------------------------
 
 /// Counts one more; ends the walk above the limit.
-bool Emitter::count(std::int64_t& n, std::int64_t limit, std::string_view things, int line) {
+bool Emitter::count(std::int64_t& n,
+                    std::int64_t limit,
+                    std::string_view things,
+                    std::string_view expected,
+                    int line) {
   if (n < limit) {
     ++n;
     return true;
@@ -54,7 +60,7 @@ bool Emitter::count(std::int64_t& n, std::int64_t limit, std::string_view things
                      line,
                      0,
                      fmt::format("more than {} {}", limit, things),
-                     "a shorter program, or a higher limit");
+                     std::string(expected));
   }
   return false;
 }
@@ -67,7 +73,7 @@ std::int64_t Emitter::idle_limit() const {
 
 bool Emitter::refuse_operations(int line) {
   n_operations_ = options_.max_operations;
-  return count(n_operations_, options_.max_operations, "operations", line);
+  return count(n_operations_, options_.max_operations, "operations", kShorter, line);
 }
 
 void Emitter::count_copies(std::int64_t n_copies,
@@ -89,11 +95,11 @@ void Emitter::count_copies(std::int64_t n_copies,
 }
 
 bool Emitter::count_target(int line) {
-  return count(n_targets_, options_.max_measurements, "targets", line);
+  return count(n_targets_, options_.max_measurements, "targets", "a program with fewer", line);
 }
 
 bool Emitter::count_idle_line(int line) {
-  return count(n_idle_lines_, idle_limit(), "idle lines of step and repeat", line);
+  return count(n_idle_lines_, idle_limit(), "idle lines of step and repeat", kShorter, line);
 }
 
 void Emitter::put(int line, decltype(Operation::what) what) {
@@ -141,7 +147,7 @@ void Emitter::take_tolerance(int line, const Tool& tool) {
 /// Takes one tool after the other until the last one has enough hits left; gives how many of them
 /// it is to be charged.
 std::int64_t Emitter::use_up(int line, std::int64_t n) {
-  while (hits_left_ < n && count(n_expired_, idle_limit(), "used up tools", line)) {
+  while (hits_left_ < n && count(n_expired_, idle_limit(), "used up tools", kShorter, line)) {
     n -= hits_left_;
     expire(line);
     if (hits_left_ == 0) return 0;  // H0 allows nothing; once is enough to say it

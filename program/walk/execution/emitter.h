@@ -155,7 +155,11 @@ class Emitter {
  private:
   enum class Scaling : std::uint8_t { Applies, Never };
 
-  bool count(std::int64_t& n, std::int64_t limit, std::string_view things, int line);
+  bool count(std::int64_t& n,
+             std::int64_t limit,
+             std::string_view things,
+             std::string_view expected,
+             int line);
   std::int64_t idle_limit() const;
   bool refuse_operations(int line);
   bool passes(int line) { return count_operations(1, line) && sink_ != nullptr; }

@@ -31,6 +31,12 @@ constexpr double kStrongest = 1e12;
 constexpr double kLeastByScatter = 0.01;
 constexpr double kMostByScatter = 100;
 constexpr double kVarianceStep = 2;
+/// Readings nearer to each other are of one place, whose contrasts have nothing of a bending but
+/// rounding.
+constexpr double kSamePlace = 0.01;
+/// How far a stage may stand off a place that is probed again: a bending that differs over so
+/// little would be any number of times as strong elsewhere.
+constexpr double kSameSpot = 1e-4;
 /// Between two strengths that are tried, and between two lengths.
 constexpr double kStrengthStep = 3;
 constexpr double kLengthStep = 1.4142135623730951;
@@ -89,6 +95,36 @@ bool is_determined(const MatrixXd& trend, double threshold) {
   return internal::has_full_column_rank(trend, threshold);
 }
 
+/// Places that were probed again at the very place of their first reading.
+Eigen::Matrix2Xd spots_of(Eigen::Matrix2Xd places) {
+  for (Index i = 1; i < places.cols(); ++i) {
+    Index first = 0;
+    const double apart =
+        (places.leftCols(i).colwise() - places.col(i)).colwise().norm().minCoeff(&first);
+    if (apart <= kSameSpot) places.col(i) = places.col(first).eval();
+  }
+  return places;
+}
+
+/// The lower half alone.
+MatrixXd distances_of(const Eigen::Matrix2Xd& places) {
+  const Index n = places.cols();
+  MatrixXd out(n, n);
+  for (Index j = 0; j < n; ++j) {
+    for (Index i = j; i < n; ++i) out(i, j) = (places.col(i) - places.col(j)).norm();
+  }
+  return out;
+}
+
+/// Of distances in the lower half.
+Index n_places_of(const MatrixXd& distances) {
+  Index n = 0;
+  for (Index i = 0; i < distances.rows(); ++i) {
+    if (i == 0 || distances.row(i).head(i).minCoeff() > kSamePlace) ++n;
+  }
+  return n;
+}
+
 bool is_better(const Bending& a, const Bending& b) {
   return a.minus_2_log_likelihood < b.minus_2_log_likelihood;
 }
@@ -139,12 +175,8 @@ std::optional<BendingLikelihood> BendingLikelihood::of(const Readings& readings,
   const Index n = readings.heights_mm.size();
   if (n < n_trend) return std::nullopt;
   BendingLikelihood out;
-  out.distances_.resize(n, n);
-  for (Index j = 0; j < n; ++j) {
-    for (Index i = j; i < n; ++i) {
-      out.distances_(i, j) = (readings.places.col(i) - readings.places.col(j)).norm();
-    }
-  }
+  out.distances_ = distances_of(spots_of(readings.places));
+  out.n_places_ = n_places_of(out.distances_);
   out.weights_per_mm_ = readings.sigmas_mm.cwiseInverse();
   out.is_scatter_stated_ = readings.is_scatter_stated;
   MatrixXd trend(n, n_trend);
@@ -190,7 +222,7 @@ double BendingLikelihood::noise_factor(double chi_square) const {
 
 BendingLikelihood::Tridiagonal BendingLikelihood::tridiagonal(BendingKernel kernel,
                                                               double length) const {
-  if (kernel == BendingKernel::None || n_contrasts() < 2) {
+  if (kernel == BendingKernel::None || n_contrasts() < 2 || !has_seen_bending()) {
     return {VectorXd::Zero(n_contrasts()),
             VectorXd::Zero(std::max<Index>(0, n_contrasts() - 1)),
             z_,

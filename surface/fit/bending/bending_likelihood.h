@@ -58,6 +58,11 @@ class BendingLikelihood {
 
   Eigen::Index n_readings() const { return weights_per_mm_.size(); }
   Eigen::Index n_contrasts() const { return contrasts_.cols(); }
+  /// Places that readings have, those within 1 % of half the diagonal of each other counted as one:
+  /// what readings of one place differ in is scatter, and no bending.
+  Eigen::Index n_places() const { return n_places_; }
+  /// True if there are more places than the trend has coefficients: others show no bending at all.
+  bool has_seen_bending() const { return n_places_ > trend_root_.rows(); }
   /// Q2 of W trend = Q1 R, W = diag(1 / sigma)
   const Eigen::MatrixXd& contrasts() const { return contrasts_; }
   /// R^-1 Q1^T W: the trend that least squares find.
@@ -81,7 +86,7 @@ class BendingLikelihood {
 
   /// The likeliest one, of contrasts whose squares by what is believed of them sum up to this.
   double noise_factor(double chi_square) const;
-  /// The best strength for a kernel and a length, perhaps 0.
+  /// The best strength for a kernel and a length, perhaps 0; 0 without has_seen_bending().
   Bending best_strength(BendingKernel kernel, double length) const;
   /// The mean strength for a kernel and a length, its minus_2_log_likelihood that of all strengths
   /// together.
@@ -89,7 +94,7 @@ class BendingLikelihood {
   /// Before, any mean variance of the contrasts' bendings from 1/100 of their scatter to 100 times
   /// their mean square is as likely on a logarithmic scale. The mean of the strength, rather than
   /// the best, holds as a variance: how much a board bends that few readings have seen is not
-  /// known.
+  /// known. Without has_seen_bending() it is 0: no prior tells what no contrast depends on.
   ///
   /// In     share: of the likelihood that counts, see kEvidenceShare of
   /// surface/fit/bending/bending_average.h
@@ -103,13 +108,14 @@ class BendingLikelihood {
   struct Tridiagonal;
   Tridiagonal tridiagonal(BendingKernel kernel, double length) const;
 
-  Eigen::MatrixXd distances_;       ///< of the readings' places; only the lower half
+  Eigen::MatrixXd distances_;  ///< of places, within 1e-4 of each other one; only the lower half
   Eigen::VectorXd weights_per_mm_;  ///< 1 / sigma
   OrthogonalTriangular qr_;         ///< of W trend
   Eigen::MatrixXd contrasts_;
   Eigen::MatrixXd trend_root_;
   Eigen::MatrixXd trend_of_heights_;
   Eigen::VectorXd z_;  ///< Q2^T W height
+  Eigen::Index n_places_ = 0;
   bool is_scatter_stated_ = true;
 };
 

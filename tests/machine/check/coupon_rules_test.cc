@@ -16,6 +16,7 @@ namespace {
 using test::Reports;
 using testing::ElementsAre;
 using testing::IsEmpty;
+using testing::SizeIs;
 
 /// Holes of 0.8 mm (80 px of 0.01 mm), nine a night, at x = 300, 302, 304 and y = 100 to 158 mm.
 constexpr std::string_view kCoupon =
@@ -73,9 +74,19 @@ TEST(CouponRules, TheSurfaceIsProbedBesideTheCoupon) {
                           "surface"));
   };
   EXPECT_THAT(probed("[304.41, 90]"), IsEmpty());
+  // Rows are 52.5 mm apart: the second one at y = 142.5 mm.
   EXPECT_THAT(
       probed("[304.39, 90]"),
-      ElementsAre(Reports("machine.toml:14:10: error[config-value]", "[coupon]", "probes")));
+      ElementsAre(Reports(
+          "machine.toml:14:10: error[config-value]", "[coupon]", "probes (304.390, 142.500)")));
+  // Columns to the left and to the right of the coupon, at x = 280 and 310 mm, and none on it.
+  EXPECT_THAT(probed("[280, 90]"), IsEmpty());
+}
+
+TEST(CouponRules, RowsThatNoRunTakesAreNotDrilled) {
+  // Runs of 7 rows leave two of 30: the last hole is at y = 154 mm.
+  EXPECT_THAT(problems("rows_per_run = 7\n" + night("mark_mm = [304, 154.39]\n")), SizeIs(1));
+  EXPECT_THAT(problems("rows_per_run = 7\n" + night("mark_mm = [304, 154.41]\n")), IsEmpty());
 }
 
 TEST(CouponRules, AskNothingOfAMachineWithoutACoupon) {

@@ -117,6 +117,21 @@ TEST_F(MachineFilesTest, HasTheRecordsOfNights) {
   add_night_records(folder_ / "none", files);
 }
 
+TEST_F(MachineFilesTest, TakesAJobsReportForNoRecordOfANight) {
+  const auto is_record = [&](const std::string& name, const std::string& content) {
+    std::ofstream(folder_ / name) << content;
+    return is_night_record(folder_ / name);
+  };
+  // Headings as tools/nightly/page.cc and tools/report/html.cc have them.
+  EXPECT_TRUE(
+      is_record("2026-11-21.html", "<main>\n<h1>Night of <b>2026-11-21</b> on <b>a</b></h1>"));
+  EXPECT_FALSE(
+      is_record("2026-11-21.html", "<h1><b>job.exc</b> on a; measured from m.jsonl; x</h1>"));
+  EXPECT_TRUE(is_record("2026-11-21.html", "<!DOCTYPE html>")) << "it may have been one";
+  EXPECT_TRUE(is_record("2026-11-21.json", "{"));
+  EXPECT_FALSE(is_record("job.html", "<h1>Night of <b>2026-11-21</b> on <b>a</b></h1>"));
+}
+
 TEST_F(MachineFilesTest, NeedsNoMachineFile) {
   FileRegister files;
   add_machine_files(folder_ / "none.toml", files);

@@ -244,6 +244,86 @@ TEST(SurfaceOutliers, SaysWhereFewCannotTellAWildProbeFromABend) {
   EXPECT_GT(found->fit.at(position_mm<frame::Nominal>(60, 60)).sigma, um(20));
 }
 
+/// Three corners of a square of 100 mm by turns, 2 um of scatter; heights of a plane and
+/// of a scatter of known size.
+Points three_places(std::size_t n_probes) {
+  constexpr double kScatter_mm[] = {0.001, -0.001, 0.0, 0.002};
+  Points points;
+  for (std::size_t i = 0; i < n_probes; ++i) {
+    ProbePoint point;
+    point.place = position_mm<frame::Nominal>(i % 3 == 1 ? 100 : 0, i % 3 == 2 ? 100 : 0);
+    const Eigen::Vector2d p_mm = point.place.in_mm();
+    point.measured = {mm(1.6 + 1e-4 * p_mm.x() + 2e-4 * p_mm.y() + kScatter_mm[i / 3 % 4]), um(2)};
+    point.name = fmt::format("probe {}", i);
+    points.push_back(point);
+  }
+  return points;
+}
+
+TEST(SurfaceOutliers, RepeatedProbesOfThreePlacesAreTheirPlane) {
+  for (const SurfaceModel model :
+       {SurfaceModel::Plane, SurfaceModel::ThinPlate, SurfaceModel::GaussianProcess}) {
+    for (const std::size_t n : {6U, 12U, 24U}) {
+      const auto found = fit_without_outliers(three_places(n), model);
+      ASSERT_TRUE(found) << found.error().text();
+      EXPECT_TRUE(found->outliers.empty());
+      const auto corner = found->fit.at(position_mm<frame::Nominal>(0, 0));
+      // The mean of n / 3 readings of 2 um, of scatters whose mean is 0.5 um of each four.
+      const auto n_each = static_cast<double>(n) / 3;
+      EXPECT_NEAR(corner.height.in_mm(), 1.6 + (n == 6 ? 0 : 0.0005), 1e-9) << n;
+      EXPECT_NEAR(corner.sigma.in_mm(), 0.002 / std::sqrt(n_each), 1e-9) << n;
+      if (model != SurfaceModel::Plane) {
+        EXPECT_THAT(found->doubt, HasSubstr(fmt::format("{} probes at three places", n)));
+        EXPECT_THAT(found->fit.shape().strength_mm2, 0);
+      }
+    }
+  }
+}
+
+TEST(SurfaceOutliers, RepeatedProbesOfThreePlacesThatContradictEachOtherWidenSigma) {
+  Points points = three_places(12);
+  for (ProbePoint& point : points) point.measured.sigma = um(0.3);
+  const auto found = fit_without_outliers(points, SurfaceModel::GaussianProcess);
+  ASSERT_TRUE(found) << found.error().text();
+  // They scatter by 1.3 um about their means; no bending explains it.
+  EXPECT_GT(found->fit.at(position_mm<frame::Nominal>(0, 0)).sigma, um(0.5));
+  EXPECT_LT(found->fit.at(position_mm<frame::Nominal>(50, 50)).sigma, um(3));
+}
+
+TEST(SurfaceOutliers, AProbeBesideAWildOneTellsTheHeightThere) {
+  Points points = dome_of_nine(0.3);
+  const auto wide = fit_without_outliers(points, SurfaceModel::GaussianProcess);
+  ASSERT_TRUE(wide) << wide.error().text();
+  EXPECT_GT(wide->fit.at(points[4].place).sigma, um(200));
+  // Two good ones at the same place, once as the scales of the stage have it.
+  points.push_back(points[4]);
+  points.back().measured.height = mm(1.601);
+  points.push_back(points.back());
+  points.back().place = position_mm<frame::Nominal>(100.002, 100);
+  points.back().measured.height = mm(1.599);
+  const auto found = fit_without_outliers(points, SurfaceModel::GaussianProcess);
+  ASSERT_TRUE(found) << found.error().text();
+  ASSERT_EQ(called_outliers(*found), std::set<std::size_t>{4});
+  EXPECT_TRUE(found->fit.possible_bends().empty());
+  EXPECT_EQ(found->doubt, "");
+  const HeightEstimate at = found->fit.at(points[4].place);
+  EXPECT_NEAR(at.height.in_mm(), 1.6, 0.006);
+  // Two readings of 3 um.
+  EXPECT_LT(at.sigma, um(3));
+}
+
+TEST(SurfaceOutliers, RepeatedNeighborsOfAWildProbeDoNotShortenTheBendThatItMayShow) {
+  Points points = dome_of_nine(0.3);
+  points[1].place = position_mm<frame::Nominal>(100, 30);
+  for (int i = 0; i < 4; ++i) points.push_back(points[1]);
+  const auto found = fit_without_outliers(points, SurfaceModel::GaussianProcess);
+  ASSERT_TRUE(found) << found.error().text();
+  ASSERT_EQ(called_outliers(*found), std::set<std::size_t>{4});
+  ASSERT_EQ(found->fit.possible_bends().size(), 1U);
+  // One place is 70 mm away, however often it was probed, three are 100 mm away.
+  EXPECT_NEAR(found->fit.possible_bends().front().reach.in_mm(), 100, 1e-9);
+}
+
 TEST(SurfaceOutliers, RefusesOptionsThatMakeNoSense) {
   Random random(30);
   const Points points = warped(random, 4, 4);

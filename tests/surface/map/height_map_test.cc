@@ -309,6 +309,31 @@ TEST(HeightMap, SaysIfNothingChecksItsModel) {
   EXPECT_EQ(map.surface().model(), SurfaceModel::Plane);
 }
 
+TEST(HeightMap, OfThreePlacesIsTheirPlaneHoweverOftenEachWasProbed) {
+  // The fourth round stands 2 um off, as the scales of a stage may say.
+  Points points;
+  for (int i = 0; i < 12; ++i) {
+    const double off_mm = i < 9 ? 0 : 0.002;
+    ProbePoint point;
+    point.place = at(off_mm + (i % 3 == 1 ? 100 : 0), i % 3 == 2 ? 100 : 0);
+    const Vector2d p_mm = point.place.in_mm();
+    const double scatter_mm = i < 6 ? 0.001 : -0.001;
+    point.measured = {mm(1.6 + 1e-4 * p_mm.x() + 2e-4 * p_mm.y() + scatter_mm), um(2)};
+    points.push_back(point);
+  }
+  for (const bool is_stated : {true, false}) {
+    for (ProbePoint& point : points) point.is_sigma_assumed = !is_stated;
+    const HeightMap map = made(points);
+    EXPECT_EQ(map.surface().model(), SurfaceModel::Plane);
+    EXPECT_THAT(map.reason(), HasSubstr("12 probes at three places show no bending"));
+    const auto found = map.height_at(at(30, 30));
+    ASSERT_TRUE(found) << found.error().text();
+    EXPECT_NEAR(found->height.in_mm(), 1.609, 1e-6);
+    // Weights 0.4, 0.3 and 0.3 of the corners, of four readings each.
+    EXPECT_NEAR(found->sigma.in_um(), is_stated ? 2 * std::sqrt(0.34) / 2 : 0.5, 0.2);
+  }
+}
+
 TEST(HeightMap, TakesNoBowThatASingleProbeTells) {
   // Two tilted rows, and one probe between them that lies 20 sigma low: the bow through it misses
   // no other, but a plane that predicts it badly is not better either.

@@ -10,7 +10,7 @@
 namespace panelcal {
 namespace {
 
-std::optional<std::string> words_of(const std::vector<double>& ratios) {
+CommonScale scale_of(const std::vector<double>& ratios) {
   CommonScale scale;
   for (const double ratio : ratios) {
     Detection detection;
@@ -18,7 +18,11 @@ std::optional<std::string> words_of(const std::vector<double>& ratios) {
     scale.add(detection);
   }
   scale.add(Detection());  // of nothing that has a size
-  return scale.words();
+  return scale;
+}
+
+std::optional<std::string> words_of(const std::vector<double>& ratios) {
+  return scale_of(ratios).words();
 }
 
 TEST(CommonScale, TellsOfOneFactor) {
@@ -29,6 +33,15 @@ TEST(CommonScale, TellsOfOneFactor) {
   const auto smaller = words_of({0.5, 0.5, 0.5});
   ASSERT_TRUE(smaller.has_value());
   EXPECT_TRUE(smaller->starts_with("all 3 targets measure 50.0 % smaller")) << *smaller;
+}
+
+TEST(CommonScale, IsAWarningWithACode) {
+  const auto warning = scale_of({1.021, 1.02, 1.019, 1.02}).warning("m.toml");
+  ASSERT_TRUE(warning.has_value());
+  EXPECT_EQ(warning->code, Code::ScaleSuspicious);
+  EXPECT_EQ(warning->severity(), Severity::Warning);
+  EXPECT_TRUE(warning->text().starts_with("m.toml: warning[scale-suspicious]")) << warning->text();
+  EXPECT_FALSE(scale_of({1.001, 1.002, 1.001}).warning("m.toml").has_value());
 }
 
 TEST(CommonScale, IsSilentWithoutOne) {

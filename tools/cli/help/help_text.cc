@@ -78,7 +78,8 @@ further holes that would halve it, and its change from the present one, in sigma
 question about entry material.
 
 The rows are used up whatever happens: [coupon] state keeps count, so that no hole is drilled twice.
-Put a new coupon on the table when they are, and give it a new name.
+Put a new coupon on the table when they are, and give it a new name. While the ledger lacks entries
+that calibrations or reports note, nothing is drilled: an older copy does not know which rows are.
 
 -o FILE writes the calibration, and nothing else changes. --install appends it to [ledger] file
 first and then writes [spindle] calibration from there: if the power fails in between, the next

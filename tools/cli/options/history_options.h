@@ -35,7 +35,7 @@ struct HistoryOptions {
   std::string machine_file;  ///< machine.toml; with a program, or to verify
   std::string measurements;  ///< of an earlier job: where in the picture targets were seen
   std::string clock;         ///< as CheckOptions
-  std::int64_t max_operations = 1'000'000'000;
+  std::int64_t max_operations = kUsualMaxOperations;
   ReadingTerms reading;
 };
 

@@ -26,7 +26,7 @@ struct CheckOptions {
   std::string program;  ///< may be empty: then only the machine file is checked
   std::string machine;  ///< may be empty
   std::string clock;    ///< of texts and of calibrations' age: 2026-11-21T13:45:00; empty: now
-  std::int64_t max_operations = 1'000'000'000;
+  std::int64_t max_operations = kUsualMaxOperations;
   ReadingTerms reading;
 };
 
@@ -34,7 +34,7 @@ struct SurveyOptions {
   std::string program;
   std::string machine;
   std::string clock;
-  std::int64_t max_operations = 1'000'000'000;
+  std::int64_t max_operations = kUsualMaxOperations;
   ReadingTerms reading;
 };
 
@@ -58,7 +58,7 @@ struct RunOptions {
   std::string slots;                    ///< keep or expand; empty: what suits the format
   std::optional<double> resolution_um;  ///< of coordinates in a program; absent: the control's
   std::size_t n_threads = 0;            ///< that look at pictures; 0: one for each processor
-  std::int64_t max_operations = 1'000'000'000;
+  std::int64_t max_operations = kUsualMaxOperations;
   ReadingTerms reading;
   std::optional<int> turned_deg;  ///< absent: as [gates] says
   bool uncorrected = false;       ///< a program without targets is meant
@@ -71,7 +71,7 @@ struct TranslateOptions {
   std::string output;
   std::string to;     ///< excellon or sieb-meyer; empty: the other language
   std::string clock;  ///< as CheckOptions
-  std::int64_t max_operations = 1'000'000'000;
+  std::int64_t max_operations = kUsualMaxOperations;
   ReadingTerms reading;
   bool force = false;
 };
@@ -98,7 +98,7 @@ struct PlanOptions {
   std::optional<double> fiducial_sigma_um;  ///< noise of a target's picture along each axis
   int n_added = 1;                          ///< further targets to propose together
   bool json = false;
-  std::int64_t max_operations = 1'000'000'000;
+  std::int64_t max_operations = kUsualMaxOperations;
   ReadingTerms reading;
 };
 

@@ -23,7 +23,7 @@ struct SurfaceOptions {
   std::string plot;     ///< .svg; empty: none
   std::string report;   ///< .html; empty: none
   std::string clock;    ///< as CheckOptions
-  std::int64_t max_operations = 1'000'000'000;
+  std::int64_t max_operations = kUsualMaxOperations;
   ReadingTerms reading;  ///< of `program` and `voids_of`
   bool json = false;
   // fit

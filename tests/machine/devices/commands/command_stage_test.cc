@@ -2,12 +2,16 @@
 #include "machine/devices/commands/command_stage.h"
 
 #include <chrono>
+#include <csignal>
 #include <filesystem>
 #include <string>
 
 #include "calib/base/files/atomic_file.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/syscall.h>
+#include <sys/time.h>
+#include <unistd.h>
 
 #include "tests/machine/virtual_machine.h"
 #include "tests/support/matchers.h"
@@ -86,6 +90,28 @@ TEST(CommandStage, AChildLeftBehindDoesNotHoldUpTheJob) {
   const auto begin = std::chrono::steady_clock::now();
   EXPECT_TRUE(stage.move_to(place()));
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(2));
+}
+
+/// From now on this thread may signal no program of root. Its saved user stays root, to come back.
+extern "C" void become_another_user(int) {
+  syscall(SYS_setresuid, 65534, 65534, -1);
+}
+
+/// A program under sudo is another user's: kill() has no effect.
+TEST(CommandStage, SaysThatAProgramOfAnotherUserCouldNotBeHalted) {
+  if (geteuid() != 0) GTEST_SKIP() << "only root may become another user while a program runs";
+  struct sigaction action {};
+  struct sigaction before {};
+  action.sa_handler = become_another_user;
+  sigaction(SIGALRM, &action, &before);
+  const itimerval soon = {.it_interval = {}, .it_value = {.tv_sec = 0, .tv_usec = 200'000}};
+  setitimer(ITIMER_REAL, &soon, nullptr);
+  CommandStage stage({.move = {"sleep", "4"}, .limit = seconds(0.5)});
+  const auto moved = stage.move_to(place());
+  ASSERT_EQ(syscall(SYS_setresuid, 0, 0, -1), 0);
+  sigaction(SIGALRM, &before, nullptr);
+  EXPECT_THAT(moved, FailsWith(Code::DeviceStage, "could not be halted"));
+  EXPECT_THAT(moved.error().text(), testing::HasSubstr("the machine may still move"));
 }
 
 TEST(CommandStage, AFloodOfOutputIsRefused) {

@@ -11,6 +11,7 @@
 #include "calib/base/files/atomic_file.h"
 #include "calib/base/files/digest.h"
 #include "machine/nightly/record/night_history.h"
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include "tests/support/matchers.h"
@@ -20,9 +21,11 @@ namespace {
 
 using internal::NotedHead;
 using test::FailsWith;
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 const std::string kHash(64, 'b');
 
@@ -151,6 +154,31 @@ TEST_F(NotedHeads, AreLookedForInWhatMachineTomlNames) {
   EXPECT_THAT(check_noted_heads(files, &ledger_),
               FailsWith(Code::LedgerCutOff, "notes entry 2, and the newest is 1"));
   EXPECT_THAT(noted_hashes(files).value(), testing::UnorderedElementsAre(entry.hash, kHash));
+}
+
+TEST_F(NotedHeads, OfACameraOfAnotherMachineAskForItsFileAlone) {
+  NightFiles files;
+  files.ledger = folder_.path() / "a.ledger";
+  files.camera = folder_.path() / "camera.cal.json";
+  files.table = folder_.path() / "table.cal.json";
+  files.spindle = folder_.path() / "spindle.cal.json";
+  const LedgerEntry entry = append("{\"a\": 1}");
+  const auto note = [](const std::filesystem::path& file, int id, const std::string& hash) {
+    ASSERT_TRUE(write_file(
+        file, fmt::format("{{\"ledger\": {{\"head\": {}, \"hash\": \"{}\"}}}}", id, hash)));
+  };
+  note(files.camera, 1, kHash);
+  note(files.table, 1, entry.hash);
+  const auto remedy = [&](const Ledger* ledger) {
+    const auto held = check_noted_heads(files, ledger);
+    return held ? "not held" : held.error().expected;
+  };
+  EXPECT_THAT(remedy(&ledger_), AllOf(HasSubstr("camera.cal.json"), Not(HasSubstr("table.cal"))));
+  EXPECT_THAT(remedy(&ledger_), Not(HasSubstr("coupon")));
+  EXPECT_THAT(remedy(nullptr), AllOf(HasSubstr("camera.cal.json\" and from"), HasSubstr("table")));
+  // The spindle's calibration is as old as the coupon's holes: the ledger may be an older copy.
+  note(files.spindle, 2, kHash);
+  EXPECT_THAT(remedy(&ledger_), HasSubstr("new coupon"));
 }
 
 TEST(FilesBelow, AreThoseOfFoldersInTheOrderOfTheirNames) {
