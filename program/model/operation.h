@@ -253,6 +253,8 @@ struct Setting {
   std::string_view text;
   SettingKind kind = SettingKind::Body;
   LengthUnit unit = LengthUnit::Millimeter;  ///< of lengths in the text
+  /// An order to calibrate or to focus that has had no effect on what is executed.
+  bool is_unperformed = false;
 };
 
 /// Sets work zero (G93); later machine coordinates already contain it.

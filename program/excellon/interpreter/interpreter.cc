@@ -137,7 +137,7 @@ void Interpreter::run_line(const SourceLine& line) {
                               .nominal = {},
                               .placement = {},
                               .work_zero = place_.work_zero});
-      pass_on(line.number, line.text, SettingKind::Vision);
+      pass_on_vision(line.number, line.text);
       break;
     case LineKind::BlockDelete:
       run_slashed(line);

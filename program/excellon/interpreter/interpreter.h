@@ -181,6 +181,10 @@ class Interpreter {
   void pass_on(int line, std::string_view text, SettingKind kind = SettingKind::Body) {
     emitter_.put(line, Setting{text, kind, format().unit});
   }
+  void pass_on_vision(int line, std::string_view text) {
+    emitter_.put(line,
+                 Setting{text, SettingKind::Vision, format().unit, vision_.is_unperformed(line)});
+  }
   void check_comment(const SourceLine& line);
   void refuse_comment(const SourceLine& line, const PartialFormat& parts, bool is_left_open);
   bool agrees_with_comment(const Block& block);

@@ -454,7 +454,7 @@ void ExcellonWriter::write(const Setting& setting) {
   if (setting.text == "G05") go_to_drill_mode();
   if (setting.kind == SettingKind::Vision) {
     if (options().keeps_vision) return note_vision(setting.text);
-    return lose_vision(setting.text);
+    return lose_vision(setting);
   }
   if (is_written_anyway(setting.text)) return;
   if (!has_usual_digits_ && has_bare_length(setting.text)) {

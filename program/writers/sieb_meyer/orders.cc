@@ -78,7 +78,7 @@ void SiebMeyerWriter::note_pecking(FunctionKind kind) {
 void SiebMeyerWriter::write(const Setting& setting) {
   if (is_foreign()) return write_foreign(setting);
   if (setting.kind == SettingKind::Vision && !options().keeps_vision) {
-    return lose_vision(setting.text);
+    return lose_vision(setting);
   }
   constexpr std::string_view kCommand = "M49,";
   constexpr std::string_view kAxes = "M49,FV";
@@ -129,7 +129,7 @@ void SiebMeyerWriter::write_foreign(const Setting& setting) {
   const std::string_view key = setting_key(setting.text);
   if (is_spelling(key)) return;
   if (setting.kind == SettingKind::Vision) {
-    if (!options().keeps_vision) return lose_vision(setting.text);
+    if (!options().keeps_vision) return lose_vision(setting);
     if (setting.text.starts_with("$uvis,alg,")) return;
     if (key == "G34") return refuse(quoted(setting.text), "G34,# with one vision tool");
   }
