@@ -119,7 +119,17 @@ void Interpreter::check_rest() {
 
 // --- lines -------------------------------------------------------------------------------------
 
+/// A refused line may have said where the axes are: those behind it are not blamed for what it
+/// leaves open.
 void Interpreter::run_line(const SourceLine& line) {
+  n_refused_ = reporter_.n_refused();
+  read_line(line);
+  if (std::exchange(n_refused_, reporter_.n_refused()) == reporter_.n_refused()) return;
+  modal_.user = {AxisUser::None, AxisUser::None};
+  modal_.begins_pattern = false;
+}
+
+void Interpreter::read_line(const SourceLine& line) {
   switch (kind_of(line.text)) {
     case LineKind::Empty:
       return check_comment(line);

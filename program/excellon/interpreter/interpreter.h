@@ -122,6 +122,7 @@ class Interpreter {
   // interpreter.cc
   void pass_on_header();
   void run_line(const SourceLine& line);
+  void read_line(const SourceLine& line);
   bool run_plain_lines(std::size_t end);
   void run_slashed(const SourceLine& line);
   void run_words(const SourceLine& whole);
@@ -314,6 +315,7 @@ class Interpreter {
   bool ended_ = false;          ///< nothing more is executed
   bool has_end_ = false;        ///< because the program said so
   bool ends_early_ = false;     ///< the end is that of end_at()
+  std::int64_t n_refused_ = 0;  ///< Reporter::n_refused() ahead of the line in hand
   std::int64_t n_vision_steps_ = 0;
   std::size_t asked_until_ = 0;
 };
