@@ -246,6 +246,7 @@ struct SurfaceOrder {
   std::optional<int> memory;         ///< L#
   std::optional<PlacedPoint> place;  ///< of Detect, Record, GridReference and GridPoint
   DepthOfCut cut;                    ///< in force; of Switch, GridReference and GridPoint
+  std::string_view average;          ///< of Average: the letter of SPAV that is in force
 };
 
 /// Something the machine has to know or do that moves nothing, passed on as written.

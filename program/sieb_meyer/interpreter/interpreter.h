@@ -285,6 +285,7 @@ class Interpreter {
   }
   bool may_take_surface_order(const Block& block, const Order& order, bool probes);
   void surface_order(const Block& block, const Order& order);
+  void pass_average(const Block& block, const Order& order);
   void take_surface(const Block& block, const Order& order);
   ProbeRequest probe_request(const Block& block, const Order& order);
 
