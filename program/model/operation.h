@@ -246,6 +246,7 @@ struct SurfaceOrder {
   std::optional<int> memory;         ///< L#
   std::optional<PlacedPoint> place;  ///< of Detect, Record, GridReference and GridPoint
   DepthOfCut cut;                    ///< in force; of Switch, GridReference and GridPoint
+  std::string_view average;          ///< of Average: the letter of SPAV that is in force
 };
 
 /// Something the machine has to know or do that moves nothing, passed on as written.
@@ -253,6 +254,8 @@ struct Setting {
   std::string_view text;
   SettingKind kind = SettingKind::Body;
   LengthUnit unit = LengthUnit::Millimeter;  ///< of lengths in the text
+  /// An order to calibrate or to focus that has had no effect on what is executed.
+  bool is_unperformed = false;
 };
 
 /// Sets work zero (G93); later machine coordinates already contain it.

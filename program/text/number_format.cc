@@ -5,8 +5,11 @@
 #include <array>
 #include <charconv>
 #include <cstddef>
+#include <string>
+#include <string_view>
 
 #include "program/text/gaps.h"
+#include <fmt/format.h>
 
 namespace panelcal {
 namespace {
@@ -43,6 +46,17 @@ std::string NumberFormat::option() const {
   std::string text = unit == LengthUnit::Inch ? "inch," : "metric,";
   text += zeros == Zeros::LeadingKept ? "lz," : "tz,";
   return text + std::to_string(integer_digits) + "." + std::to_string(decimal_digits);
+}
+
+std::string NumberFormat::digit_mask() const {
+  return std::string(static_cast<std::size_t>(integer_digits), '0') + '.' +
+         std::string(static_cast<std::size_t>(decimal_digits), '0');
+}
+
+std::string NumberFormat::header_word() const {
+  const std::string_view word = unit == LengthUnit::Inch ? "INCH" : "METRIC";
+  const std::string_view kept = zeros == Zeros::LeadingKept ? "LZ" : "TZ";
+  return fmt::format("{},{},{}", word, kept, digit_mask());
 }
 
 void NumberFormat::take_usual_digits() {

@@ -43,6 +43,10 @@ struct NumberFormat {
   std::string summary() const;
   /// "inch,lz,2.4", as --format takes it.
   std::string option() const;
+  /// "00.0000".
+  std::string digit_mask() const;
+  /// "INCH,LZ,00.0000", as an Excellon header states it.
+  std::string header_word() const;
 };
 
 /// True if the two give every number without a decimal point that both can read the same value in

@@ -97,12 +97,16 @@ class Reporter {
     }
   }
 
+  /// Errors of the input, also those that were reported before.
+  std::int64_t n_refused() const { return n_refused_; }
   const std::string& file() const { return file_; }
   /// Problems belong to another file from here on.
   void set_file(std::string file) { file_ = std::move(file); }
 
  private:
   void add(Diagnostic diagnostic, Level level, DiagnosticLog& log) const {
+    const CodeInfo& code = info(diagnostic.code);
+    if (code.severity == Severity::Error && code.fault == Fault::Input) ++n_refused_;
     if (level == Level::ErrorsOnly && diagnostic.severity() != Severity::Error) return;
     if (reported_.size() < DiagnosticLog::kKept && !reported_.insert(diagnostic.text()).second) {
       return;
@@ -114,6 +118,7 @@ class Reporter {
   DiagnosticLog* log_;
   DiagnosticLog* working_;
   Level level_;
+  mutable std::int64_t n_refused_ = 0;
   mutable std::set<std::string> reported_;
 };
 

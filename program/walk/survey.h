@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "calib/correction/stack.h"
@@ -77,9 +79,11 @@ struct Survey {
   /// Nodes of a G79 grid that are not probed, as [surface] fill_gaps allows.
   std::vector<FilledNode> filled_nodes;
   std::vector<FocusResult> focus;  ///< results of autofocus orders, in the order of execution
-  /// The results of orders to calibrate, in the order of execution; those that were only passed on
+  /// The results of orders to calibrate, in the order of execution; those that were not performed
   /// are not here.
   std::vector<CalibrationAnswer> calibrations;
+  /// Files and lines of orders to calibrate or to focus that were not performed.
+  std::set<std::pair<std::string, int>> unperformed;
   /// The source failed: nothing is known of what the program asks for behind it.
   bool was_stopped = false;
 

@@ -109,8 +109,14 @@ void ProgramWriter::count_digits(std::string_view number) {
         std::move(expected)});
 }
 
-void ProgramWriter::lose_vision(std::string_view setting) {
-  if (is_left_to_vision(setting)) lose(quoted(setting));
+void ProgramWriter::lose_vision(const Setting& setting) {
+  if (!setting.is_unperformed && !is_left_to_vision(setting.text)) return;
+  reporter_->set_file(std::string(file_));
+  reporter_->report(
+      Code::TranslationLoss,
+      line_,
+      0,
+      quoted(setting.text) + " is for the vision system, which has no part in this output");
 }
 
 void ProgramWriter::lose_tool_table() {

@@ -76,8 +76,8 @@ class ProgramWriter : public TextWriter {
   void refuse_unsaid(const std::string& problem, std::string expected);
 
   /// A setting of the vision system in a program without vision commands. Most were executed; those
-  /// that no walk obeys are lost.
-  void lose_vision(std::string_view setting);
+  /// that no walk obeys are lost, and so are calibrations and focusing that were not performed.
+  void lose_vision(const Setting& setting);
 
   /// Magazines and dwells of tools, which a SIEB & MEYER source states in its tool table.
   void lose_tool_table();

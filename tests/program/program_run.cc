@@ -108,7 +108,8 @@ struct TextOf {
     return "autocalibration " + point(calibration.actual.in_mm());
   }
   std::string operator()(const Setting& setting) const {
-    return fmt::format("setting {}", setting.text);
+    return fmt::format(
+        "setting {}{}", setting.text, setting.is_unperformed ? ", not performed" : "");
   }
   std::string operator()(const ZeroSet& zero) const {
     return "work zero " + point(zero.work_zero.in_mm());

@@ -312,7 +312,7 @@ void Interpreter::autocalibration(const Block& block) {
   if (!words.xy_mm[0] && !words.xy_mm[1]) {
     const bool is_performed = options_.has_coupon && options_.structure == Structure::Expanded;
     vision_.calibrate(std::move(order), block.column, block.text);
-    if (is_performed) return pass_on(block.line, block.text, SettingKind::Vision);
+    if (is_performed) return pass_on_vision(block.line, block.text);
     return report(Code::CoordinateMissing,
                   block,
                   block.words[0],

@@ -119,7 +119,17 @@ void Interpreter::check_rest() {
 
 // --- lines -------------------------------------------------------------------------------------
 
+/// A refused line may have said where the axes are: those behind it are not blamed for what it
+/// leaves open.
 void Interpreter::run_line(const SourceLine& line) {
+  n_refused_ = reporter_.n_refused();
+  read_line(line);
+  if (std::exchange(n_refused_, reporter_.n_refused()) == reporter_.n_refused()) return;
+  modal_.user = {AxisUser::None, AxisUser::None};
+  modal_.begins_pattern = false;
+}
+
+void Interpreter::read_line(const SourceLine& line) {
   switch (kind_of(line.text)) {
     case LineKind::Empty:
       return check_comment(line);
@@ -137,7 +147,7 @@ void Interpreter::run_line(const SourceLine& line) {
                               .nominal = {},
                               .placement = {},
                               .work_zero = place_.work_zero});
-      pass_on(line.number, line.text, SettingKind::Vision);
+      pass_on_vision(line.number, line.text);
       break;
     case LineKind::BlockDelete:
       run_slashed(line);

@@ -122,6 +122,7 @@ class Interpreter {
   // interpreter.cc
   void pass_on_header();
   void run_line(const SourceLine& line);
+  void read_line(const SourceLine& line);
   bool run_plain_lines(std::size_t end);
   void run_slashed(const SourceLine& line);
   void run_words(const SourceLine& whole);
@@ -180,6 +181,10 @@ class Interpreter {
   /// Passes on a setting as written, in the unit in force.
   void pass_on(int line, std::string_view text, SettingKind kind = SettingKind::Body) {
     emitter_.put(line, Setting{text, kind, format().unit});
+  }
+  void pass_on_vision(int line, std::string_view text) {
+    emitter_.put(line,
+                 Setting{text, SettingKind::Vision, format().unit, vision_.is_unperformed(line)});
   }
   void check_comment(const SourceLine& line);
   void refuse_comment(const SourceLine& line, const PartialFormat& parts, bool is_left_open);
@@ -310,6 +315,7 @@ class Interpreter {
   bool ended_ = false;          ///< nothing more is executed
   bool has_end_ = false;        ///< because the program said so
   bool ends_early_ = false;     ///< the end is that of end_at()
+  std::int64_t n_refused_ = 0;  ///< Reporter::n_refused() ahead of the line in hand
   std::int64_t n_vision_steps_ = 0;
   std::size_t asked_until_ = 0;
 };

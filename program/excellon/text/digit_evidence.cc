@@ -234,8 +234,9 @@ class DigitCheck {
                                 usual.text(i_tool),
                                 separator,
                                 other.text(i_tool)),
-                    "digits behind INCH or METRIC, such as METRIC,TZ,000.000, --format, or "
-                    "[program] units and digits");
+                    fmt::format("digits behind INCH or METRIC, such as {}, --format, or "
+                                "[program] units and digits",
+                                usual.format.header_word()));
   }
 
   std::string_view text_;

@@ -351,15 +351,16 @@ class FormatChooser {
     const NumberFormat& format = stated_.format();
     NumberFormat usual = format;
     usual.take_usual_digits();
-    reporter_.report(Code::FormatAssumed,
-                     bare_->line,
-                     bare_->column,
-                     fmt::format("{} is read as {} ({}); the usual digits are {}",
-                                 quoted(bare_->text),
-                                 format.summary(),
-                                 stated_.evidence_of_digits(),
-                                 usual.summary()),
-                     "digits behind INCH or METRIC, such as METRIC,TZ,000.000, or --format");
+    reporter_.report(
+        Code::FormatAssumed,
+        bare_->line,
+        bare_->column,
+        fmt::format("{} is read as {} ({}); the usual digits are {}",
+                    quoted(bare_->text),
+                    format.summary(),
+                    stated_.evidence_of_digits(),
+                    usual.summary()),
+        fmt::format("digits behind INCH or METRIC, such as {}, or --format", usual.header_word()));
   }
 
   /// Numbers that have all digits mean the same under either zeros.

@@ -8,6 +8,13 @@
 #include <fmt/format.h>
 
 namespace panelcal::excellon {
+namespace {
+
+LengthUnit unit_of(std::string_view word) {
+  return word == "INCH" ? LengthUnit::Inch : LengthUnit::Millimeter;
+}
+
+}  // namespace
 
 HeaderFormat::HeaderFormat(Header& header, const StatedFormat& outside, const Reporter& reporter)
     : header_(header), reporter_(reporter) {
@@ -21,8 +28,8 @@ void HeaderFormat::read_unit(int line,
   const std::string_view word = command.word;
   if (unit_word_ == word && command.value.empty()) return;
   PartialFormat parts =
-      read_options(line, column + static_cast<int>(word.size()) + 1, command.value);
-  parts.unit = word == "INCH" ? LengthUnit::Inch : LengthUnit::Millimeter;
+      read_options(word, line, column + static_cast<int>(word.size()) + 1, command.value);
+  parts.unit = unit_of(word);
   const PartialFormat obeyed = header_.stated.obeyed(Source::Word, parts);
   if (obeyed.unit && !unit_word_.empty() && unit_word_ != word) {
     invalid(line,
@@ -48,7 +55,12 @@ bool HeaderFormat::contradicts_words(const PartialFormat& parts) const {
          (parts.digits && of_words_.digits && parts.digits != of_words_.digits);
 }
 
-PartialFormat HeaderFormat::read_options(int line, int column, std::string_view options) {
+PartialFormat HeaderFormat::read_options(std::string_view word,
+                                         int line,
+                                         int column,
+                                         std::string_view options) {
+  NumberFormat usual{.unit = unit_of(word)};
+  usual.take_usual_digits();
   PartialFormat parts;
   while (!options.empty()) {
     const auto comma = options.find(',');
@@ -59,7 +71,7 @@ PartialFormat HeaderFormat::read_options(int line, int column, std::string_view 
     } else if (words && words->digits) {
       parts.digits = words->digits;
     } else {
-      invalid(line, column, quoted(part), "LZ, TZ or digits such as 000.000");
+      invalid(line, column, quoted(part), "LZ, TZ or digits such as " + usual.digit_mask());
     }
     if (comma == std::string_view::npos) break;
     options.remove_prefix(comma + 1);

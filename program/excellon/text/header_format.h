@@ -43,7 +43,7 @@ class HeaderFormat {
   };
 
   bool contradicts_words(const PartialFormat& parts) const;
-  PartialFormat read_options(int line, int column, std::string_view options);
+  PartialFormat read_options(std::string_view word, int line, int column, std::string_view options);
   void take(Source source, int line, int column, std::string_view text, PartialFormat parts);
   void report_late(int line, int column, std::string_view text, std::string_view stated) const;
   void invalid(int line, int column, std::string what, std::string_view expected) const;

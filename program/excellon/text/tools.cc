@@ -5,6 +5,8 @@
 #include <charconv>
 #include <cmath>
 
+#include <fmt/format.h>
+
 namespace panelcal::excellon {
 namespace {
 
@@ -64,6 +66,17 @@ class ToolReader {
     }
     out.tool.number = *number;
     const bool has_index_only = word.number.size() == 4 && word.number.front() == '0';
+    if (!defined && has_index_only && *number >= 100) {
+      reporter_.report(Code::ArgumentInvalid,
+                       block_.line,
+                       word.column,
+                       fmt::format("{} is tool {} with a compensation index, or tool {}",
+                                   quoted(word.text()),
+                                   *number / 100,
+                                   *number),
+                       fmt::format("T{} or T{} in the header", *number / 100, *number));
+      return false;
+    }
     if (!defined || word.number.size() <= 2) return true;
     if (defined->contains(*number) && !has_index_only) return true;
     out.tool.number = *number / 100;

@@ -38,7 +38,9 @@ struct ToolContext {
 /// diameter page over what stands to its left.
 ///
 /// A number of three or four digits is a tool and a compensation index, unless `defined` holds that
-/// very number (CAM output beyond T99); without `defined`, in a header, it is always the number.
+/// very number (CAM output beyond T99); without `defined`, in a header, it is always the number,
+/// and T0100 to T0999 are refused: they are tools 1 to 9 in the body, and CAM systems may mean 100
+/// to 999.
 ///
 /// Fails  into the log: number-malformed, number-too-long, argument-invalid, block-not-alone
 /// Source CNC-7 manual, Tool Commands; Hierarchy of Tool Commands

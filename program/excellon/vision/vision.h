@@ -53,6 +53,8 @@ class VisionSession {
                       const NumberFormat& format,
                       const TargetPlace& place);   // $uvis
   void measure_target(const TargetPlace& target);  // G35 G36 G45 G46
+  /// True for an order in this line to calibrate or to focus that was not performed.
+  bool is_unperformed(int line) const { return measuring_.is_unperformed(line); }
   /// G39, $uvis,calib. The offset must not change in the middle of a series.
   void calibrate(CalibrationOrder order, int column, std::string_view text);
   /// If structure is kept, nothing is measured: gives the targets of the series that this one

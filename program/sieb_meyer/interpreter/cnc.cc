@@ -294,19 +294,10 @@ void Interpreter::set_axis_version(const Block& block, std::string_view argument
 bool Interpreter::obey_surface(const Block& block, const CncCommand& command) {
   std::string_view argument = command.argument;
   switch (command.info->code) {
-    case CncCode::Average: {
-      constexpr std::string_view kLetters = "AMOT";
-      const auto at =
-          argument.size() == 1 ? kLetters.find(argument.front()) : std::string_view::npos;
-      if (at == std::string_view::npos) {
-        refuse_cnc(block, "SPAV,A or SPAV,M or SPAV,O or SPAV,T");
-        return true;
-      }
-      constexpr std::array kKinds = {
-          AverageKind::Mean, AverageKind::Median, AverageKind::MidRange, AverageKind::TrimmedMean};
-      surface_.set_average(kKinds.at(at));
-      break;
-    }
+    case CncCode::Average:
+      if (surface_.set_average(argument)) break;
+      refuse_cnc(block, "SPAV,A or SPAV,M or SPAV,O or SPAV,T");
+      return true;
     case CncCode::DetectBottom:
     case CncCode::DetectTop: {
       const auto depth = read_plain_number(argument);

@@ -75,7 +75,7 @@ void Interpreter::set_depths(const Block& block, const Order& order) {
   if (order.skips_surface && has_kept_grid_) skip_kept_grid(block, order);
   update_cut();
   if (order.slm && keeps_structure()) {
-    emitter_.put(block.line, SurfaceOrder{SurfaceOrderKind::Switch, {}, {}, base_cut_});
+    emitter_.put(block.line, SurfaceOrder{.kind = SurfaceOrderKind::Switch, .cut = base_cut_});
   }
   if (peck_.is_on) check_peck(block.line);
 }
@@ -338,6 +338,13 @@ bool Interpreter::may_take_surface_order(const Block& block, const Order& order,
   return true;
 }
 
+void Interpreter::pass_average(const Block& block, const Order& order) {
+  emitter_.put(block.line,
+               SurfaceOrder{.kind = SurfaceOrderKind::Average,
+                            .memory = order.memory,
+                            .average = surface_.average_letter()});
+}
+
 void Interpreter::surface_order(const Block& block, const Order& order) {
   const bool probes =
       *order.surface == Command::SurfaceDetect || *order.surface == Command::GridReference ||
@@ -389,7 +396,7 @@ void Interpreter::surface_order(const Block& block, const Order& order) {
         return report(Code::ArgumentInvalid, block, quoted(block.text), "G74L#");
       }
       surface_.average(block.line, *order.memory);
-      pass(SurfaceOrderKind::Average);
+      if (!surface_.must_stop()) pass_average(block, order);
       break;
     case Command::ProbeRetract:
       function(block.line, FunctionKind::RetractProbe, "G75");

@@ -178,13 +178,19 @@ void Interpreter::check_area(const Block& block, const Order& order) {
   const CorrectionStack& stack = measuring_.corrections().stack;
   const bool is_placed =
       placement_.linear() != frame_.linear() || placement_.translation() != frame_.translation();
-  const bool is_moved = is_placed || stack.base() != nullptr || stack.nested() != nullptr ||
-                        rotation_rad_ != 0 || (scaling_.is_set() && scaling_.is_on.value_or(true));
-  if (is_moved) {
+  const bool is_scaled = rotation_rad_ != 0 || (scaling_.is_set() && scaling_.is_on.value_or(true));
+  const bool is_corrected = stack.base() != nullptr || stack.nested() != nullptr;
+  if (is_placed || is_scaled || is_corrected) {
+    const std::string by = is_placed   ? "the offset of a section or call"
+                           : is_scaled ? "a scale or rotation"
+                                       : "a correction";
+    const std::string code = code_text(*order.area);
     return report(Code::NotSupported,
                   block,
-                  quoted(block.text) + " is moved by a section, a scale or a correction",
-                  "check areas outside of them");
+                  fmt::format("{} under {}: the manual does not say whether it moves a check area",
+                              quoted(block.text),
+                              by),
+                  fmt::format("X#Y#{} ahead of it, where the area is to lie on the table", code));
   }
   function(
       block.line,

@@ -103,7 +103,16 @@ void Interpreter::end_program() {
 
 // --- lines -------------------------------------------------------------------------------------
 
+/// A refused line may have said where the axes are: those behind it are not blamed for what it
+/// leaves open.
 void Interpreter::run_line(const SourceLine& line) {
+  n_refused_ = reporter_.n_refused();
+  read_line(line);
+  if (std::exchange(n_refused_, reporter_.n_refused()) == reporter_.n_refused()) return;
+  modal_.reference = Reference::Coordinate;
+}
+
+void Interpreter::read_line(const SourceLine& line) {
   if (line.text.size() > kLongLine && !is_blank(line.text)) {
     reporter_.report(Code::LineTooLong,
                      line.number,

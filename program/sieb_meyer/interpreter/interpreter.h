@@ -195,6 +195,7 @@ class Interpreter {
 
   // interpreter.cc
   void run_line(const SourceLine& line);
+  void read_line(const SourceLine& line);
   bool run_plain_lines(std::size_t end);
   void run_block(const Block& block);
   void update_care();
@@ -284,6 +285,7 @@ class Interpreter {
   }
   bool may_take_surface_order(const Block& block, const Order& order, bool probes);
   void surface_order(const Block& block, const Order& order);
+  void pass_average(const Block& block, const Order& order);
   void take_surface(const Block& block, const Order& order);
   ProbeRequest probe_request(const Block& block, const Order& order);
 
@@ -381,6 +383,7 @@ class Interpreter {
   Placement frame_;      ///< of the axis version
   Placement placement_;  ///< of the copy, without scale and rotation
   bool deletes_blocks_;
+  std::int64_t n_refused_ = 0;  ///< Reporter::n_refused() ahead of the line in hand
   bool warned_slash_ = false;
   bool ended_ = false;
 

@@ -462,7 +462,7 @@ void Interpreter::keep_surface_order(const Block& block, const Order& order, boo
     case Command::SurfaceDetect:
       return pass(has_place ? SurfaceOrderKind::Detect : SurfaceOrderKind::StoreLast);
     case Command::SurfaceAverage:
-      return pass(SurfaceOrderKind::Average);
+      return pass_average(block, order);
     case Command::ProbeRetract:
       return function(block.line, FunctionKind::RetractProbe, "G75");
     case Command::DepthRecord:
@@ -480,7 +480,7 @@ void Interpreter::keep_surface_order(const Block& block, const Order& order, boo
 void Interpreter::skip_kept_grid(const Block& block, const Order& order) {
   const bool drills = !order.motion && !modal_.motion && !pattern_ && parts_of(order) == kXy;
   if (!drills) return refuse_kept(block);
-  emitter_.put(block.line, SurfaceOrder{SurfaceOrderKind::Skip, {}, {}, {}});
+  emitter_.put(block.line, SurfaceOrder{.kind = SurfaceOrderKind::Skip});
 }
 
 void Interpreter::refuse_kept(const Block& block) {

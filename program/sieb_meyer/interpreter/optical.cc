@@ -85,7 +85,11 @@ void Interpreter::camera_text(const Block& block, Command command) {
     if (keeps_structure()) return keep_set(block);
     const bool is_passed =
         optical_.organize(block, step_number(), target_place(block, Command::CorrectionValues));
-    if (is_passed) emitter_.put(block.line, Setting{block.text, SettingKind::Vision});
+    if (!is_passed) return;
+    return emitter_.put(block.line,
+                        Setting{.text = block.text,
+                                .kind = SettingKind::Vision,
+                                .is_unperformed = optical_.is_unperformed(block.line)});
     return;
   }
   if (command == Command::CameraByte) {

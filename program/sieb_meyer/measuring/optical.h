@@ -59,6 +59,8 @@ class OpticalSession {
   /// activates like G31. `step` is the number of the pattern's copy, which SAVE, LOAD and CLEAR
   /// mean without one of their own. True: an order for the machine, to be passed on.
   bool organize(const Block& block, int step, const TargetPlace& place);
+  /// True for such an order in this line that was not performed.
+  bool is_unperformed(int line) const { return measuring_.is_unperformed(line); }
   /// True while a stroke would be the first under a correction that REQCOMP alone has turned on.
   bool is_assumed_on() const { return requested_ && requested_->is_assumed_on; }
   /// Warns of such a stroke in this line.

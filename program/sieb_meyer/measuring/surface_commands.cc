@@ -2,6 +2,8 @@
 #include "program/sieb_meyer/measuring/surface_commands.h"
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <utility>
 
 #include "program/sieb_meyer/measuring/grid_gaps.h"
@@ -14,6 +16,9 @@ namespace {
 
 /// The tolerance that no command of the program names.
 constexpr const char* kConfigured = "surface tolerance";
+
+/// Letters of SPAV, in the order of AverageKind.
+constexpr std::array<std::string_view, 4> kAverageLetters = {"A", "M", "O", "T"};
 
 std::vector<Length> heights_of(const std::vector<HeightEstimate>& estimates) {
   std::vector<Length> heights;
@@ -126,6 +131,17 @@ void SurfaceSession::store(int line,
   }
   const auto done = memory ? memory_.store(*memory, heights) : memory_.add(heights);
   if (!done) stop(Code::ArgumentInvalid, line, done.error(), "");
+}
+
+bool SurfaceSession::set_average(std::string_view letter) {
+  const auto known = std::ranges::find(kAverageLetters, letter);
+  if (known == kAverageLetters.end()) return false;
+  average_ = static_cast<AverageKind>(known - kAverageLetters.begin());
+  return true;
+}
+
+std::string_view SurfaceSession::average_letter() const {
+  return kAverageLetters.at(static_cast<std::size_t>(average_));
 }
 
 void SurfaceSession::average(int line, int memory) {

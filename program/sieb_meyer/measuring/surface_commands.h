@@ -52,7 +52,9 @@ class SurfaceSession {
   void grid_reference(ProbeRequest request);  // G78
   void grid_point(ProbeRequest request);      // G79
 
-  void set_average(AverageKind kind) { average_ = kind; }
+  /// SPAV, by its letter; false: there is no such letter.
+  bool set_average(std::string_view letter);
+  std::string_view average_letter() const;
   /// In     name: BOTT, TOPT or MAPT; each holds by itself
   void set_tolerance(const std::string& name, Length tolerance);
   /// BOTR or TOPR; false: another height was set before.

@@ -350,7 +350,7 @@ void Emitter::surface_order(int line,
                             const std::optional<Eigen::Vector2d>& at_mm,
                             const DepthOfCut& cut) {
   if (!passes(line)) return;
-  SurfaceOrder order{kind, memory, std::nullopt, cut};
+  SurfaceOrder order{.kind = kind, .memory = memory, .cut = cut};
   if (at_mm) order.place = placed(line, *at_mm, Scaling::Never);
   send(line, order);
 }

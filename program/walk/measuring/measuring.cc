@@ -141,6 +141,7 @@ std::optional<SeriesAssignment> Measuring::settle(std::span<const std::size_t> m
 
 void Measuring::report_not_calibrated(int line, int column, std::string_view text) {
   if (!is_first_pass()) return;
+  survey_.unperformed.emplace(reporter_.file(), line);
   reporter_.report(Code::CalibrationNotPerformed, line, column, quoted(text));
 }
 

@@ -82,8 +82,12 @@ class Measuring {
   ///
   /// In     order: lacks its number
   void calibrate(CalibrationOrder order, int column, std::string_view text);
-  /// Warns that an order is passed on and nothing more, in the first pass.
+  /// Warns that an order is not performed, in the first pass.
   void report_not_calibrated(int line, int column, std::string_view text);
+  /// True for a line of the file in hand whose order report_not_calibrated has warned of.
+  bool is_unperformed(int line) const {
+    return survey_.unperformed.contains({reporter_.file(), line});
+  }
   const Measurement& measurement(std::size_t i) const { return survey_.measurements[i]; }
   bool is_found(std::size_t i) const { return measurement(i).status == MeasurementStatus::Found; }
   FitPoint fit_point(std::size_t i_measurement) const;

@@ -72,7 +72,7 @@ void ExcellonWriter::put_foreign_message(std::string_view message) {
 
 void ExcellonWriter::put_foreign_setting(const Setting& setting) {
   if (setting.kind == SettingKind::Vision && !options().keeps_vision) {
-    return lose_vision(setting.text);
+    return lose_vision(setting);
   }
   constexpr std::string_view kCommand = "M49,";
   if (setting.text.starts_with(kCommand)) {

@@ -20,11 +20,7 @@ constexpr int kUsualInchDecimals = 4;
 constexpr int kUsualMetricDecimals = 3;
 constexpr int kUsualInchWhole = 2;
 constexpr int kUsualMetricWhole = 3;
-
-/// G04: one millisecond an increment of the coordinates (CNC-7 manual, Variable Dwell).
-constexpr Length kDwellPerMsInch = inch(0.0001);
-constexpr Length kDwellPerMsMetric = mm(0.001);
-constexpr Length kDwellPerMsCoarse = mm(0.01);  // 0000.00 and 000.00
+constexpr int kUsualDigits = 6;
 
 /// The writer states format and modes itself, and has resolved what the others did.
 bool is_written_anyway(std::string_view text) {
@@ -432,14 +428,19 @@ void ExcellonWriter::write(const Message& message) {
   text() += '\n';
 }
 
+/// One millisecond an increment of the coordinates, a whole number as in the manual's examples: its
+/// increments do not depend on the digits that the control has selected, as those of one with a
+/// decimal point would.
+/// Source CNC-7 manual, Variable Dwell
 void ExcellonWriter::write(const Dwell& dwell) {
-  const NumberFormat& format = info().format;
-  const Length per_ms = format.unit == LengthUnit::Inch ? kDwellPerMsInch
-                        : n_decimals_ == 2              ? kDwellPerMsCoarse
-                                                        : kDwellPerMsMetric;
-  text() += "G04";
-  append_length('X', dwell.duration.in_s() * 1000 * per_ms, n_decimals_);
-  text() += '\n';
+  std::string increments = std::to_string(std::llround(dwell.duration.in_s() * 1000));
+  if (info().format.zeros == Zeros::LeadingKept) {
+    const bool is_coarse = n_decimals_ == 2;
+    const auto n_digits = static_cast<std::size_t>(is_coarse ? digits().n_whole + 2 : kUsualDigits);
+    increments.insert(0, n_digits - std::min(n_digits, increments.size()), '0');
+    increments.erase(increments.find_last_not_of('0') + 1);
+  }
+  line("G04X" + increments);
 }
 
 /// The control changes a tool that is used up by itself.
@@ -454,7 +455,7 @@ void ExcellonWriter::write(const Setting& setting) {
   if (setting.text == "G05") go_to_drill_mode();
   if (setting.kind == SettingKind::Vision) {
     if (options().keeps_vision) return note_vision(setting.text);
-    return lose_vision(setting.text);
+    return lose_vision(setting);
   }
   if (is_written_anyway(setting.text)) return;
   if (!has_usual_digits_ && has_bare_length(setting.text)) {

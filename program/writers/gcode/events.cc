@@ -142,7 +142,7 @@ void GcodeWriter::write(const Function& function) {
 }
 
 void GcodeWriter::write(const Setting& setting) {
-  if (setting.kind == SettingKind::Vision) return lose_vision(setting.text);
+  if (setting.kind == SettingKind::Vision) return lose_vision(setting);
   if (info().dialect == Dialect::SiebMeyer) {
     constexpr std::string_view kCommand = "M49,";
     if (setting.text.starts_with(kCommand)) {

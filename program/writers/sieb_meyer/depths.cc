@@ -257,6 +257,7 @@ void SiebMeyerWriter::write(const SurfaceOrder& order) {
       return refuse("G73 without a place behind G78 or G79, whose heights are in the planes",
                     "X#Y#G73" + memory);
     case SurfaceOrderKind::Average:
+      state_average(order.average);
       return line("G74" + memory);
     case SurfaceOrderKind::Take:
       return line(memory);

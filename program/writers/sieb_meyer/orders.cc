@@ -23,6 +23,9 @@ namespace {
 /// The word of a line that probes, which is executed before the output is.
 constexpr std::string_view kDummyTool = "TD";
 
+/// How G74 averages.
+constexpr std::string_view kAveraging = "M49,SPAV,";
+
 /// Storage locations (G39,SAVEn): copies have theirs by their numbers from 1, the board the last.
 constexpr std::size_t kLocations = 1000;
 
@@ -78,7 +81,7 @@ void SiebMeyerWriter::note_pecking(FunctionKind kind) {
 void SiebMeyerWriter::write(const Setting& setting) {
   if (is_foreign()) return write_foreign(setting);
   if (setting.kind == SettingKind::Vision && !options().keeps_vision) {
-    return lose_vision(setting.text);
+    return lose_vision(setting);
   }
   constexpr std::string_view kCommand = "M49,";
   constexpr std::string_view kAxes = "M49,FV";
@@ -89,6 +92,10 @@ void SiebMeyerWriter::write(const Setting& setting) {
     return write_in_axes(version);
   }
   if (setting.text.starts_with(kCommand) && is_obeyed(setting.text.substr(kCommand.size()))) return;
+  if (setting.text.starts_with(kAveraging)) {
+    note_average(setting.text.substr(kAveraging.size()));
+    return line(setting.text);
+  }
   const bool is_in_inch = info().format.unit == LengthUnit::Inch;
   if (is_in_inch || has_more_decimals(setting.text, digits().n_decimals)) {
     nibbling_ = {};
@@ -107,6 +114,19 @@ bool SiebMeyerWriter::was_nibbling_told(std::string_view setting) {
   if (told == setting) return true;
   told = n_open_patterns_ > 0 ? std::string_view() : setting;
   return false;
+}
+
+/// A copy of a pattern begins as the copy before it ended, so that nothing is known there.
+void SiebMeyerWriter::note_average(std::string_view letter) {
+  average_ = n_open_patterns_ > 0 ? std::string_view() : letter;
+}
+
+/// The control may be left with another one by the job before.
+/// Source SIEB & MEYER CNC 8x.00 Command Set, 10.1, G74
+void SiebMeyerWriter::state_average(std::string_view letter) {
+  if (average_ == letter) return;
+  line(std::string(kAveraging) + std::string(letter));
+  note_average(letter);
 }
 
 /// A CNC command of a source in another unit, or with more digits than this program has.
@@ -129,7 +149,7 @@ void SiebMeyerWriter::write_foreign(const Setting& setting) {
   const std::string_view key = setting_key(setting.text);
   if (is_spelling(key)) return;
   if (setting.kind == SettingKind::Vision) {
-    if (!options().keeps_vision) return lose_vision(setting.text);
+    if (!options().keeps_vision) return lose_vision(setting);
     if (setting.text.starts_with("$uvis,alg,")) return;
     if (key == "G34") return refuse(quoted(setting.text), "G34,# with one vision tool");
   }
@@ -151,6 +171,7 @@ void SiebMeyerWriter::write(const PatternBegin&) {
   up_at_.reset();
   feed_.reset();
   nibbling_ = {};
+  average_.clear();
   begin_depths_of_copy();
   pattern_mode_.reset();
 }

@@ -171,6 +171,8 @@ class SiebMeyerWriter final : public ProgramWriter {
   void write_foreign(const Setting& setting);
   void write_in_mm(std::string_view setting, Length unit);
   bool was_nibbling_told(std::string_view setting);
+  void note_average(std::string_view letter);
+  void state_average(std::string_view letter);
   void write(const PatternBegin& begin);
   void write(const PatternEnd& end);
   void write(const VisionSeries& series);
@@ -195,6 +197,7 @@ class SiebMeyerWriter final : public ProgramWriter {
 
   bool states_control_ = false;          ///< the lines that say how the control is to be
   std::array<std::string, 2> nibbling_;  ///< order and roughness as told last; empty: not known
+  std::string average_;                  ///< the letter of SPAV as told last; empty: not known
   std::string line_;                     ///< not finished: words may follow
   bool is_tool_up_line_ = false;         ///< that line is a T0 line
   SourceLine line_source_;               ///< that it comes from

@@ -116,11 +116,13 @@ TEST(NumberFormat, RefusesWhatIsNoNumber) {
 
 TEST(NumberFormat, SummaryNamesUnitDigitsAndZeros) {
   EXPECT_EQ(kInchLeading.summary(), "inch 2.4, leading zeros kept");
+  EXPECT_EQ(kInchLeading.header_word(), "INCH,LZ,00.0000");
   const NumberFormat trailing = {.unit = LengthUnit::Millimeter,
                                  .zeros = Zeros::TrailingKept,
                                  .integer_digits = 3,
                                  .decimal_digits = 3};
   EXPECT_EQ(trailing.summary(), "metric 3.3, trailing zeros kept");
+  EXPECT_EQ(trailing.header_word(), "METRIC,TZ,000.000");
 }
 
 TEST(ParseCount, ReadsDigitsOnly) {

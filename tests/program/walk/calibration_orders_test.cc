@@ -141,6 +141,7 @@ TEST(CalibrationOrders, ArePassedOnWithAWarningWhereNobodyCan) {
                 ElementsAre("p.exc:6:1: warning[calibration-not-performed]",
                             "p.exc:8:1: warning[calibration-not-performed]"));
     EXPECT_THAT(run.survey.calibrations, IsEmpty());
+    EXPECT_THAT(run.executed.lines(), Contains("6 setting $uvis,calib, not performed"));
   }
 }
 

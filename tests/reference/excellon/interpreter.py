@@ -403,8 +403,12 @@ class Interpreter(Setup, Drilling, Routing):
     def select_tool(self, number, index, line):
         if self.plunged:
             raise Refused(line, 'a tool change in the rout position')
+        if self.side and index != self.tool_index:
+            # "Tool Selection with Compensation Index": entered before G00.
+            raise Refused(line, 'another compensation index behind G00')
         self.tool, self.tool_index = number, index
-        self.interpolation, self.side = None, None
+        # "Cutter Compensation Left": the side stays until G00, G40 or G42.
+        self.interpolation = None
 
     def current_tool(self, line):
         if self.tool is None:

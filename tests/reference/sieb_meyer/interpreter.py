@@ -14,7 +14,7 @@ from .sections import Section, build, layouts, placements
 MAX_NESTING = 6  # manual: "M31": sections and calls together
 MACHINE_FUNCTIONS = set(range(22, 28)) | set(range(34, 46)) | set(range(52, 56))
 # CNC commands named by this manual that move no hole, and no end of a slot; the others stand in a manual of their own.
-QUIET_COMMANDS = re.compile(r"FV1|NONIBO|NIB[0-9.]+|NOFA|NORA|NOSA|CHEK[TXSE,].*|MAPT[0-9.]+|SPEK|NOSPEK|[ADT]PEK,.*|PEKM,.*")
+QUIET_COMMANDS = re.compile(r"FV1|NONIBO|NIB[0-9.]+|NOFA|NORA|NOSA|SPAV,[AMOT]|CHEK[TXSE,].*|MAPT[0-9.]+|SPEK|NOSPEK|[ADT]PEK,.*|PEKM,.*")
 CORRECTIONS = re.compile(r"(CLEAR|SAVE|LOAD)[0-9]*|SPOP[12]?|SPISPI|REQCOMP|DELALL|SPOF[0-9]+")
 
 

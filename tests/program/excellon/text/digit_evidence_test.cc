@@ -122,13 +122,16 @@ TEST(CheckDigits, RefusesHolesThatLieInEachOther) {
     EXPECT_THAT(out.text, HasSubstr("(x 10 to 27.78, y 5 to 22.78 mm; of tool 1, 0.8 mm, 0 of 64"))
         << unit;
   }
-  EXPECT_EQ(read(program("METRIC,TZ", grid(8, 8, 2.54), 2)).diagnostics, kAmbiguous);
+  const Read out = read(program("METRIC,TZ", grid(8, 8, 2.54), 2));
+  EXPECT_EQ(out.diagnostics, kAmbiguous);
+  EXPECT_THAT(out.text, HasSubstr("such as METRIC,TZ,000.000"));
 }
 
 TEST(CheckDigits, RefusesInchIn00_000) {
   const Read out = read(program("INCH,TZ", grid(8, 8, 2.54), 3));
   EXPECT_EQ(out.diagnostics, kAmbiguous);
   EXPECT_THAT(out.text, HasSubstr("inch 2.3"));
+  EXPECT_THAT(out.text, HasSubstr("such as INCH,TZ,00.0000"));
 }
 
 TEST(CheckDigits, TakesTheUsualDigitsOfHolesThatLieApart) {

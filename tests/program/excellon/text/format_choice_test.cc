@@ -257,8 +257,17 @@ TEST(FormatChoice, WarnsOfDigitsThatAUnitTakesFromElsewhere) {
   EXPECT_THAT(out.text, HasSubstr("the usual digits are metric 3.3, trailing zeros kept"));
   EXPECT_EQ(out.header.number_summary(), "metric 4.2, trailing zeros kept");
   EXPECT_EQ(out.header.format_evidence(), "line 2: METRIC,TZ; [program]");
+  EXPECT_THAT(out.text, HasSubstr("such as METRIC,TZ,000.000"));
   const Lines in_the_body{"p.exc:3:1: warning[format-assumed]"};
   EXPECT_EQ(read("M71\nT1\nX1234Y2345\nM30\n", reading).diagnostics, in_the_body);
+}
+
+TEST(FormatChoice, NamesTheDigitsOfTheProgramsUnit) {
+  const ReadOptions reading{
+      .last_format = {LengthUnit::Inch, Zeros::TrailingKept, std::pair(2, 3), "[program]"}};
+  const Read trailing = read("M48\nINCH,TZ\n%\nT1\nX1234Y2345\nM30\n", reading);
+  EXPECT_EQ(trailing.diagnostics, Lines{"p.exc:5:1: warning[format-assumed]"});
+  EXPECT_THAT(trailing.text, HasSubstr("such as INCH,TZ,00.0000"));
 }
 
 TEST(FormatChoice, WarnsOfNoDigitsThatAreStatedOrMakeNoDifference) {

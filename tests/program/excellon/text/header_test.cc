@@ -55,6 +55,13 @@ TEST(Header, CommentsAndBlankLinesAreAllowed) {
   EXPECT_EQ(out.header.format().zeros, Zeros::TrailingKept);
 }
 
+TEST(Header, NamesTheDigitsOfItsUnitWhereAnOptionIsWrong) {
+  EXPECT_THAT(read("M48\nINCH,LX\n%\nG05\n").texts,
+              testing::ElementsAre(testing::HasSubstr("digits such as 00.0000")));
+  EXPECT_THAT(read("M48\nMETRIC,LX\n%\nG05\n").texts,
+              testing::ElementsAre(testing::HasSubstr("digits such as 000.000")));
+}
+
 TEST(Header, WithoutM48TheBodyBeginsAtTheFirstLine) {
   EXPECT_EQ(read("T1\nX01\n").first_body_line(), "T1");
 }

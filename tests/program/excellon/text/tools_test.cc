@@ -63,6 +63,19 @@ TEST(Tools, ANumberThatTheHeaderDefinesIsNoCompensationIndex) {
   EXPECT_EQ(read("T151", kInch, &defined).block->compensation_index, 51);
 }
 
+/// "The last two are for the index number", which the data of a header are not for; a file that
+/// counts its tools in four digits means another tool.
+TEST(Tools, AHeaderRefusesNumbersThatMayHaveACompensationIndex) {
+  for (const char* number : {"T0100C.03", "T0302", "T0999"}) {
+    const ReadTool out = read(number);
+    EXPECT_FALSE(out.block) << number;
+    EXPECT_EQ(out.diagnostics, Texts{"p.exc:1:1: error[argument-invalid]"}) << number;
+  }
+  EXPECT_EQ(read("T0099").tool().number, 99);
+  EXPECT_EQ(read("T100").tool().number, 100);
+  EXPECT_EQ(read("T1000").tool().number, 1000);
+}
+
 TEST(Tools, ManualInfeed) {
   EXPECT_DOUBLE_EQ(infeed_inch_per_min("T01F2"), 200);
   EXPECT_DOUBLE_EQ(infeed_inch_per_min("T01F02"), 20);

@@ -225,6 +225,22 @@ TEST(AxisAmbiguous, AHoleTakesNoAxisFromBeforeAStopWithAPlace) {
   EXPECT_EQ(diagnostics_of("X1.Y1.\nM09\nX2.\n"), Texts{});
 }
 
+/// Behind M08 each of these blocks would have said where the axes are, had it been right.
+TEST(AxisAmbiguous, LinesBehindARefusedOneAreNotBlamedForIt) {
+  const std::string section = "M25\nX1.Y1.\nM01\nM08\n";
+  const auto refused_for = [](const std::string& code) { return Texts{"p.exc:12:" + code}; };
+  EXPECT_EQ(diagnostics_of(section + "X7.QY8.\nX5.\nY6.\n"),
+            refused_for("4: error[block-not-alone]"));
+  EXPECT_EQ(diagnostics_of(section + "X7.Y999999999\nX5.\nY6.\n"),
+            refused_for("5: error[number-too-long]"));
+  EXPECT_EQ(diagnostics_of(section + "G91Q\nX5.\nY6.\n"), refused_for("4: error[block-not-alone]"));
+  EXPECT_EQ(diagnostics_of(section + "X7.\nY8.\nX5.\n"), refused_for("1: error[axis-ambiguous]"));
+  // What clears the axes again is a cause of its own, also behind errors inside of a section.
+  const std::string again = "M25\nX3.QY3.\nX4.\nM01\nM08\nX5.\n";
+  EXPECT_EQ(diagnostics_of(section + again),
+            (Texts{"p.exc:13:4: error[block-not-alone]", "p.exc:17:1: error[axis-ambiguous]"}));
+}
+
 TEST(AxisAmbiguous, TargetsMayTakeAnAxisFromTargets) {
   FunctionSource source = test::shifted_by(0, 0);
   const ProgramRun run = run_program(program("G36X1.Y1.\nG36X9.\nG36Y9.\nX0.Y0.\n"), {}, source);

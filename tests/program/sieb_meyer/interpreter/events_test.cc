@@ -272,6 +272,16 @@ TEST(SiebMeyerEvents, CheckAreasMayStandWhereNothingMovesThem) {
     const ProgramRun run = run_program(format_5000(body), options, folder.reading());
     EXPECT_THAT(run.diagnostics, Contains(testing::HasSubstr(place + ": error[not-supported]")));
   };
+  const auto texts_of = [&](const std::string& body) {
+    return run_program(format_5000(body), options).texts;
+  };
+  EXPECT_THAT(texts_of("M31\n" + areas + "X1.Y1.T1\nXYM50\nX5.Y0M50M30\n"),
+              Contains(testing::AllOf(testing::HasSubstr("under the offset of a section or call"),
+                                      testing::HasSubstr("X#Y#M57 ahead of it"))));
+  EXPECT_THAT(texts_of("X0Y0G33\nG31\n" + areas + "X1.Y1.T1\n"),
+              Contains(testing::HasSubstr("under a correction")));
+  EXPECT_THAT(texts_of("M49,SAX3.Y100.\nM93\n" + areas + "X1.Y1.T1\n"),
+              Contains(testing::HasSubstr("under a scale or rotation")));
   refused("X1.Y1.M99,SETUP\nX1.Y1.T1\n", "SETUP.SS5:2:1");
   refused("M31\n" + areas + "X1.Y1.T1\nXYM50\nXYM50\nXY9.M50M30\n", "p.exc:3:1");
 }

@@ -3,6 +3,7 @@
 // names words, any of them will do: texts are pinned elsewhere.
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -323,6 +324,23 @@ TEST(SiebMeyerAxes, LeftOutBehindASectionAreRefused) {
             refused(5));
   EXPECT_EQ(run_program(format_5000(section + "T0\nX5.Y5.G1F1.\nX5.Y5.T0\n")).diagnostics,
             refused(6));
+}
+
+/// Each of these lines would have said where the axes are, had it been right.
+TEST(SiebMeyerAxes, LeftOutBehindARefusedLineAreNotReported) {
+  const std::string section = kSection;
+  for (const auto& [line, code] : {std::pair{"X7.QY8.", "4: error[command-unknown]"},
+                                   std::pair{"X7.Y8..", "4: error[number-malformed]"},
+                                   std::pair{"G91Q", "4: error[command-unknown]"},
+                                   std::pair{"X7.", "1: error[axis-ambiguous]"}}) {
+    EXPECT_EQ(run_program(format_5000(section + line + "\nX5.\nY6.\n")).diagnostics,
+              std::vector<std::string>{fmt::format("p.exc:5:{}", code)})
+        << line;
+  }
+  const std::string again = "X3.Y3.M31\nX3.QY3.\nX4.\nXYM50\nX10.Y0M50M30\nX5.\n";
+  EXPECT_EQ(run_program(format_5000(section + again)).diagnostics,
+            (std::vector<std::string>{"p.exc:6:4: error[command-unknown]",
+                                      "p.exc:10:1: error[axis-ambiguous]"}));
 }
 
 TEST(SiebMeyerAxes, AreKnownAgainBehindAWholeCoordinateAndUnderG91) {

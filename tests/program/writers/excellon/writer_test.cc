@@ -109,7 +109,7 @@ TEST(ExcellonWriter, StatesItsOwnFormatAndModes) {
   for (const char* text : {"G05", "G90", "G91", "M71", "M72"}) settings.emplace_back(Setting{text});
   settings.emplace_back(Setting{"$uvis,lamp,1", SettingKind::Vision});
   EXPECT_EQ(program_of(settings), kMetricHeader);
-  EXPECT_EQ(body_of({Dwell{seconds(1)}, Setting{"1/5/6"}, Setting{"/"}}), "G04X1.0\n1/5/6\n/\n");
+  EXPECT_EQ(body_of({Dwell{seconds(1)}, Setting{"1/5/6"}, Setting{"/"}}), "G04X001\n1/5/6\n/\n");
   EXPECT_THAT(program_of({Setting{"CP,1,.094", SettingKind::Header}}),
               ::testing::HasSubstr("LZ\nCP,1,.094\nT1"));
 }
@@ -361,9 +361,16 @@ TEST(ExcellonWriter, WritesMessagesOfOneAndManyLines) {
 }
 
 TEST(ExcellonWriter, DwellsAMillisecondAnIncrement) {
-  EXPECT_EQ(body_of({Dwell{seconds(10)}, Dwell{seconds(1.234)}}), "G04X10.0\nG04X1.234\n");
+  EXPECT_EQ(body_of({Dwell{seconds(10)}, Dwell{seconds(1.234)}}), "G04X01\nG04X001234\n");
+  ProgramInfo trailing = metric_info();
+  trailing.format.zeros = Zeros::TrailingKept;
+  EXPECT_THAT(program_of({Dwell{seconds(10)}, Dwell{seconds(2.5)}}, trailing),
+              ::testing::EndsWith("\nG04X10000\nG04X2500\n"));
+  ProgramInfo five_digits = metric_info();
+  five_digits.format.decimal_digits = 2;
+  EXPECT_THAT(program_of({Dwell{seconds(2.5)}}, five_digits), ::testing::EndsWith("\nG04X025\n"));
   EXPECT_THAT(program_of({Dwell{seconds(10)}, Dwell{seconds(1.234)}}, inch_info()),
-              ::testing::EndsWith("\nG04X1.0\nG04X0.1234\n"));
+              ::testing::EndsWith("\nG04X01\nG04X001234\n"));
 }
 
 TEST(ExcellonWriter, PassesFunctionsOnAsWritten) {

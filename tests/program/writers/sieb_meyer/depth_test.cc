@@ -137,9 +137,9 @@ TEST(SiebMeyerDepth, TheMeasurementExampleIsWritten) {
 TEST(SiebMeyerDepth, SurfacesAreAveragedAndStoredAgain) {
   const std::string body =
       "G71\nX1.Y1.G73\nG73L7\nX2.Y1.G73\nG74L1\nL1\nG71K0.2\nX3.Y1.T1\nX4.Y1.G76\nG72\nG70\n";
-  EXPECT_EQ(
-      body_of(body),
-      "G71\nX1.Y1.G73\nG73L7\nX2.Y1.G73\nG74L1\nL1\nG71K0.2\nX3.Y1.T1\nX4.Y1.G76\nG72\nG70\n");
+  EXPECT_EQ(body_of(body),
+            "G71\nX1.Y1.G73\nG73L7\nX2.Y1.G73\nM49,SPAV,A\nG74L1\nL1\nG71K0.2\nX3.Y1.T1\n"
+            "X4.Y1.G76\nG72\nG70\n");
 }
 
 /// "Negative value: residual web."
@@ -167,7 +167,8 @@ TEST(SiebMeyerDepth, SurfacesAreStoredAndTakenUnderG71) {
             "X3.Y3.\nG70\n");
   EXPECT_EQ(body_of("G71\nX1.Y1.G73\nX5.Y5.T1G77\nG73L7\nX6.Y5.G77\nG74L1\nX7.Y5.G77\nX8.Y5.G76\n"
                     "G70\n"),
-            "G71\nX1.Y1.G73\nG70\nX5.Y5.T1\nG71\nG73L7\nG70\nX6.Y5.\nG71\nG74L1\nG70\nX7.Y5.\n"
+            "G71\nX1.Y1.G73\nG70\nX5.Y5.T1\nG71\nG73L7\nG70\nX6.Y5.\nG71\nM49,SPAV,"
+            "A\nG74L1\nG70\nX7.Y5.\n"
             "G71\nX8.Y5.G76\nG70\n");
 }
 

@@ -148,6 +148,28 @@ TEST(OwnOrders, AveragesAndRecordsArePassedOn) {
                         "X5.Y5.G76\nG72\nX30.Y30.G73L2\nG71K0.4\nL2\nX65.Y15.T1\n"));
 }
 
+/// CNC commands "remain active after the execution is finished" (M49): the job before may have left
+/// another average than that of the source or of [surface] average.
+TEST(OwnOrders, TheAverageIsStatedAheadOfG74) {
+  const std::string probes = "G71\nX10.Y12.G73\nX20.Y22.G73\nX30.Y22.G73\n";
+  const std::string holes = "L1\nG71K.4\nX65.Y15.T1\nG70\n";
+  EXPECT_THAT(same_orders(sieb_meyer(probes + "G74L1\n" + holes)),
+              HasSubstr(probes + "M49,SPAV,A\nG74L1\n"));
+  WalkOptions options;
+  options.sieb_meyer.average = AverageKind::TrimmedMean;
+  EXPECT_THAT(same_orders(sieb_meyer(probes + "G74L1\n" + holes), options),
+              HasSubstr(probes + "M49,SPAV,T\nG74L1\n"));
+  const std::string again = same_orders(
+      sieb_meyer(probes + "G74L1\nX40.Y5.G73\nG74L2\nM49,SPAV,M\nX40.Y9.G73\nG74L3\n" + holes));
+  EXPECT_THAT(again,
+              HasSubstr("M49,SPAV,A\nG74L1\nX40.Y5.G73\nG74L2\nM49,SPAV,M\nX40.Y9.G73\nG74L3\n"));
+  // A copy begins as the one before it ended.
+  const std::string pattern = same_orders(sieb_meyer(
+      "M49,SPAV,M\nX1.Y1.T1M31\n" + probes + "G74L1\n" + holes + "X0.Y0.M50\nX90.Y0.M50M30\n"));
+  EXPECT_THAT(pattern, HasSubstr("M31\n"));
+  EXPECT_THAT(pattern, HasSubstr("M49,SPAV,M\nG74L1\n"));
+}
+
 /// "If surface detection is programmed with Step-and-Repeat, it has to be activated and
 /// deactivated" (10.1).
 TEST(OwnOrders, SurfacesAreProbedInEveryCopy) {
