@@ -90,7 +90,6 @@ void Interpreter::camera_text(const Block& block, Command command) {
                         Setting{.text = block.text,
                                 .kind = SettingKind::Vision,
                                 .is_unperformed = optical_.is_unperformed(block.line)});
-    return;
   }
   if (command == Command::CameraByte) {
     const auto byte = parse_count(block.argument);
