@@ -56,13 +56,13 @@ def check_records():
 def check_report_of_a_job():
     """A job's report that is named by its day: another job's replaces it, a night's does not."""
     job = ("run", "job.exc", "-m", "machine.toml", "--images", "images", "-o", "new.drl", "--report",
-           "rep/2026-11-25.html")
+           "rep/2026-11-24.html")
     panelcal(*job)
     panelcal(*job)
-    page = Path("rep/2026-11-25.html").read_bytes()
+    page = Path("rep/2026-11-24.html").read_bytes()
     panelcal("nightly", "-m", "machine.toml", "--clock", "2026-11-25T02:00:00Z")
-    assert Path("rep/2026-11-25.html").read_bytes() == page
-    assert Path("rep/2026-11-25-2.html").exists()
+    assert Path("rep/2026-11-24.html").read_bytes() == page
+    assert Path("rep/2026-11-24-2.html").exists()
 
 
 def check_subprograms():
