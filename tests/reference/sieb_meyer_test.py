@@ -137,9 +137,9 @@ class Programs(unittest.TestCase):
               f"panelcal accepts, {results[True, False]} only the second reading, {results[False, False]} refused by both")
         self.assertGreaterEqual(results[True, True], 75)
         # The second reading refuses what the manual leaves open (FV, SA, FA, M58, ...); panelcal, files that
-        # are cut off and measurements that are missing.
+        # are cut off, measurements that are missing and programs of too many operations.
         self.assertLessEqual(results[False, True], 30)
-        self.assertLessEqual(results[True, False], 25)
+        self.assertLessEqual(results[True, False], 26)
 
 
 def repository_programs():

@@ -178,7 +178,10 @@ void Interpreter::repeat_hole(const Block& block) {
   if (block.n_words == 1) return report(Code::CoordinateMissing, block, repeat, "R#X#Y#");
   MotionWords words;
   if (!read_words(block, block.all().subspan(1), "XY", words)) return;
-  if (!modal_.has_hole || modal_.user[0] != AxisUser::Work || modal_.motion != Motion::Drill) {
+  // Behind a refused line no command has the axes, and that line is to blame.
+  const bool is_of_work = modal_.user[0] == AxisUser::Work ||
+                          (modal_.user[0] == AxisUser::None && reporter_.n_refused() > 0);
+  if (!modal_.has_hole || !is_of_work || modal_.motion != Motion::Drill) {
     return report(Code::RepeatWithoutHole, block, repeat, "a hole to repeat from");
   }
   const Eigen::Vector2d step(words.xy_mm[0].value_or(0), words.xy_mm[1].value_or(0));

@@ -10,7 +10,7 @@
 namespace panelcal::excellon {
 namespace {
 
-LengthUnit unit_of(std::string_view word) {
+LengthUnit unit_of_word(std::string_view word) {
   return word == "INCH" ? LengthUnit::Inch : LengthUnit::Millimeter;
 }
 
@@ -29,7 +29,7 @@ void HeaderFormat::read_unit(int line,
   if (unit_word_ == word && command.value.empty()) return;
   PartialFormat parts =
       read_options(word, line, column + static_cast<int>(word.size()) + 1, command.value);
-  parts.unit = unit_of(word);
+  parts.unit = unit_of_word(word);
   const PartialFormat obeyed = header_.stated.obeyed(Source::Word, parts);
   if (obeyed.unit && !unit_word_.empty() && unit_word_ != word) {
     invalid(line,
@@ -59,7 +59,7 @@ PartialFormat HeaderFormat::read_options(std::string_view word,
                                          int line,
                                          int column,
                                          std::string_view options) {
-  NumberFormat usual{.unit = unit_of(word)};
+  NumberFormat usual{.unit = unit_of_word(word)};
   usual.take_usual_digits();
   PartialFormat parts;
   while (!options.empty()) {

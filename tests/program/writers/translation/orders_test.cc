@@ -164,9 +164,10 @@ TEST(OwnOrders, TheAverageIsStatedAheadOfG74) {
   EXPECT_THAT(again,
               HasSubstr("M49,SPAV,A\nG74L1\nX40.Y5.G73\nG74L2\nM49,SPAV,M\nX40.Y9.G73\nG74L3\n"));
   // A copy begins as the one before it ended.
-  const std::string pattern = same_orders(sieb_meyer(
-      "M49,SPAV,M\nX1.Y1.T1M31\n" + probes + "G74L1\n" + holes + "X0.Y0.M50\nX90.Y0.M50M30\n"));
-  EXPECT_THAT(pattern, HasSubstr("M31\n"));
+  const std::string pattern = same_orders(
+      sieb_meyer("M49,SPAV,M\nM31\nG71K.4\nX5.Y5.T1G73L2\nX10.Y12.G73\nX20.Y22.G73\nG74L1\nL1\n"
+                 "X65.Y15.\nG70\nX0.Y0.M50\nX90.Y0.M50M30\n"));
+  EXPECT_THAT(pattern, HasSubstr("M49,SPAV,M\nM31\n"));
   EXPECT_THAT(pattern, HasSubstr("M49,SPAV,M\nG74L1\n"));
 }
 
