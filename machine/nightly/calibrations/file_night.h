@@ -18,7 +18,7 @@ class FileNight : public NightCalibration {
   Expected<bool> install(const Ledger& ledger) override;
 
  protected:
-  /// What a person puts there by hand: "a table".
+  /// The calibration that a person may have put there by hand, in words: "a table".
   virtual std::string_view thing() const = 0;
   /// The date of a file's bytes; empty for a damaged one.
   virtual std::optional<std::chrono::sys_seconds> date_of(const std::string& bytes) const = 0;
