@@ -19,6 +19,10 @@ constexpr double kSameCircle = 0.3;  // of the radius: nearer candidates are one
 /// Rays cross other things too, so their contrast is only roughly that of the target.
 constexpr double kStepOfContrast = 0.5;
 constexpr double kSameStart_px = 0.5;
+/// Two rings of one kind that are 2 px apart are together so blurred, or more.
+constexpr double kBlurOfTwoEdges_px = 1.5;
+constexpr double kOfTheTwo = 0.7;
+constexpr double kAllAround = 0.9;  // of the rim
 
 ExpectedRim expected_rim(const Target& target, const CameraMapping* mapping) {
   ExpectedRim expected;
@@ -58,19 +62,26 @@ FittedCandidate fit_or_look_again(const DetectorInput& input,
                                   double min_contrast) {
   FittedCandidate candidate =
       fit_candidate(input.image, sighting.fit_frame, expected, sighting.start, input.options);
-  if (candidate.verdict == FittedCandidate::Verdict::Good || sighting.start.at_border) {
-    return candidate;
-  }
+  const bool is_good = candidate.verdict == FittedCandidate::Verdict::Good;
+  const double blur_px = candidate.fit.blur_px;
+  if ((is_good && blur_px < kBlurOfTwoEdges_px) || sighting.start.at_border) return candidate;
   const auto start = find_rim(input.image,
                               sighting.fit_frame,
                               sighting.start.parameters.head<2>(),
                               expected,
                               kStepOfContrast * min_contrast,
                               RimChoice::OfItsSize);
-  if (!start || is_same_start(*start, sighting.start)) return candidate;
+  if (!start) return candidate;
+  const bool is_same = is_same_start(*start, sighting.start);
+  if (is_same && sighting.start.is_of_its_size) return candidate;
   FittedCandidate other =
       fit_candidate(input.image, sighting.fit_frame, expected, *start, input.options);
-  return other.verdict == FittedCandidate::Verdict::Good ? other : candidate;
+  if (other.verdict != FittedCandidate::Verdict::Good) return candidate;
+  // What one start was taken for twice has to be plain: arcs of a dome's shading look like a rim.
+  const bool is_plain = other.fit.visible > kAllAround && other.fit.blur_px < kBlurOfTwoEdges_px;
+  if (is_same && !is_plain) return candidate;
+  // An edge of two is wider than either; one that is out of focus stays as wide.
+  return is_good && other.fit.blur_px > kOfTheTwo * blur_px ? candidate : other;
 }
 
 /// The strongest rim about a place, or, if that is not near the size, one that is.

@@ -47,7 +47,7 @@ constexpr double kRoundTolerance = 0.15;
 constexpr double kOwnOfTolerance = 1.0 / 3;
 /// A rim of less of the contrast asked for is not measured by sectors.
 constexpr double kHalfContrast = 0.5;
-/// A rim of the size is the edge within the tolerance and this of the circle.
+/// A rim of the size is the edge within the tolerance or this of the circle, as a sigma.
 constexpr double kBesideRim_px = 1;
 
 /// Of the radius, as a sigma: as far as a rim may be out of round and is still measured whole.
@@ -273,8 +273,10 @@ class RimEstimator {
     search.least_used = min_visible_;
     search.far = far_;
     search.own_shape = own_shape_;
-    if (is_of_its_size_)
-      search.ring_px = expected_.size_tolerance * start_[kRadius] + kBesideRim_px;
+    if (is_of_its_size_) {
+      search.ring_radius = expected_.radius;
+      search.ring_px = std::max(kBesideRim_px, expected_.size_tolerance * expected_.radius);
+    }
     search.outer_px = std::clamp(8 + 0.6 * start_[kRadius], 10.0, 30.0);
     search.inner_px = std::clamp(0.6 * start_[kRadius], 3.0, 22.0);
     const double metal_px = start_[kRadius] - start_[kInnerRadius];

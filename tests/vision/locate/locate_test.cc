@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include <Eigen/LU>
 #include <gtest/gtest.h>
 
 #include "tests/vision/trial.h"
@@ -249,6 +250,24 @@ TEST(Locate, FindsThePadInAMasksOpening) {
   ASSERT_EQ(detection.status, DetectionStatus::Found) << text(detection);
   EXPECT_LT((detection.best->center.position - position_px(240.3, 199.7)).in_px().norm(), 0.15);
   EXPECT_NEAR(detection.best->size.in_px(), 2 * kRadius, 0.5);
+}
+
+/// An opening 3.2 px wide and 1 px off: one broad edge at a glance, nearer to the rim on one side.
+TEST(Locate, FindsThePadInANarrowOpeningThatIsOff) {
+  const Camera camera = noisy_camera();
+  for (const Eigen::Vector2d& off : {Eigen::Vector2d(0.9, -0.4), Eigen::Vector2d(-0.2, 1)}) {
+    const Image image =
+        picture(camera,
+                {disc_at(camera, 240.3 + off.x(), 199.7 + off.y(), kRadius + 3.2, 0.5),
+                 disc_at(camera, 240.3, 199.7, kRadius, kLevel)});
+    const Detection detection = locate(image, disc_target());
+    ASSERT_EQ(detection.status, DetectionStatus::Found) << text(detection);
+    const auto& center = detection.best->center;
+    const Eigen::Vector2d error = (center.position - position_px(240.3, 199.7)).in_px();
+    EXPECT_LT(error.norm(), 0.1);
+    EXPECT_LT(std::sqrt(error.dot(center.cov.inverse() * error)), 4);
+    EXPECT_NEAR(detection.best->size.in_px(), 2 * kRadius, 0.5);
+  }
 }
 
 TEST(Locate, APadOfAnotherSizeIsStillRejected) {

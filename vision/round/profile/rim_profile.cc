@@ -72,13 +72,19 @@ void trim(const StepProfile& step, Eigen::ArrayXd& medians, RimStrip& strip) {
   const double outside = level_at(step.at_px - near);
   Eigen::Index first = 0;
   Eigen::Index end = medians.size();
-  for (Eigen::Index j = medians.size(); j-- > 0;) {
+  // Where another step is known, the rings reach no farther than that.
+  const auto has_other = [&](bool is_inside) {
+    return std::ranges::any_of(step.others, [&](const OtherStep& other) {
+      return (other.at_px > step.at_px) == is_inside;
+    });
+  };
+  for (Eigen::Index j = has_other(false) ? 0 : medians.size(); j-- > 0;) {
     if (strip.at_px(j) < step.at_px - near && std::abs(medians[j] - outside) > limit) {
       first = j + 1;
       break;
     }
   }
-  for (Eigen::Index j = 0; j < medians.size(); ++j) {
+  for (Eigen::Index j = 0; j < medians.size() && !has_other(true); ++j) {
     if (strip.at_px(j) > step.at_px + near && std::abs(medians[j] - inside) > limit) {
       end = j;
       break;
@@ -128,13 +134,23 @@ Eigen::ArrayXd sector_contrasts(const RimStrip& strip,
   constexpr double kNearRings = 4;
   const Eigen::Index n = strip.n_sectors();
   const double foot = 1.5 * step.sigma_px + 0.5;
+  // Distances from the step, outwards and inwards; towards another step, those in the middle.
+  double from[2] = {foot, foot};
+  double to[2] = {foot + kNearRings, foot + kNearRings};
+  for (const OtherStep& other : step.others) {
+    const std::size_t side = other.at_px > step.at_px ? 1 : 0;
+    const double half = 0.5 * std::abs(other.at_px - step.at_px);
+    from[side] = std::min(foot, half - 0.5);
+    to[side] = std::min(to[side], half + 0.5);
+  }
   Eigen::ArrayXd inside = Eigen::ArrayXd::Zero(n);
   Eigen::ArrayXd outside = Eigen::ArrayXd::Zero(n);
   double n_inside = 0;
   double n_outside = 0;
   for (Eigen::Index j = 0; j < strip.n_rings(); ++j) {
     const double x = strip.at_px(j) - step.at_px;
-    if (std::abs(x) < foot || std::abs(x) > foot + kNearRings) continue;
+    const std::size_t side = x > 0 ? 1 : 0;
+    if (std::abs(x) < from[side] || std::abs(x) > to[side]) continue;
     (x > 0 ? inside : outside) += left.row(j).transpose().cast<double>();
     (x > 0 ? n_inside : n_outside) += 1;
   }
@@ -269,12 +285,18 @@ class RimMeasurement {
     RimStrip& strip = pass_.strip;
     if (strip.seen < 0.5) return false;
     Eigen::ArrayXd medians = ring_medians(strip, use_);
-    if (search_.ring_px > 0) keep_one_edge(search_.ring_px, search_.sign, medians, strip);
+    if (search_.ring_radius > 0) {
+      const double expected_px = (p_[kRadius] - search_.ring_radius) / strip.unit;
+      keep_nearest_edge(expected_px, search_.ring_px, search_.sign, medians, strip);
+    }
     StepProfile start;
     start.sigma_px = p_[kSigma];
+    for (const double other_px : strip.others_px) start.others.push_back({other_px, 0});
     if (!fit(medians, start)) return false;
     trim(pass_.step, medians, strip);
-    if (strip.n_rings() < kFewestStepRings || !fit(medians, pass_.step)) return false;
+    const auto n_others = static_cast<Eigen::Index>(pass_.step.others.size());
+    if (strip.n_rings() < kFewestStepRings + 2 * n_others) return false;
+    if (!fit(medians, pass_.step)) return false;
     const Eigen::ArrayXXf& left = pass_.left = strip.mean.colwise() - medians.cast<float>();
     pass_.filter = width == Width::Wide
                        ? make_shift_filter(strip, tamed_cells(strip, pass_.step, left), pass_.step)

@@ -20,10 +20,11 @@ struct RimSearch {
   /// Of the radius, as a sigma: a rim that is this far from round is taken as a whole, and the band
   /// follows its shape. Beyond, and with 0, an arc that lies off the rest is something else.
   double own_shape = 0;
-  /// The rim is the edge within this of the circle, whatever others there are; 0: the one that
-  /// dominates.
-  double ring_px = 0;
-  double far = 0.2;  ///< of the start's radius: a rim or a center farther off is another one's
+  /// The rim is the edge nearest to this radius, fit frame units, whatever others there are; 0: the
+  /// one that dominates.
+  double ring_radius = 0;
+  double ring_px = 0;  ///< how far from it that edge may be, as a sigma
+  double far = 0.2;    ///< of the start's radius: a rim or a center farther off is another one's
 };
 
 /// A rim measured sector by sector.

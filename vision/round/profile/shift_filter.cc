@@ -72,13 +72,20 @@ void add_slopes(const RimStrip& strip, const StepProfile& step, Eigen::MatrixXd&
   covariance += variance * (inside * inside.transpose() + outside * outside.transpose());
 }
 
-/// Ring by ring: what a shift changes, the level inside and that outside.
+/// Ring by ring: what a shift changes, the level inside and that outside; of each other step what
+/// its height changes and what its shift does.
 Eigen::MatrixXd step_columns(const RimStrip& strip, const StepProfile& step) {
-  Eigen::MatrixXd columns(strip.n_rings(), 3);
+  const auto n_others = static_cast<Eigen::Index>(step.others.size());
+  Eigen::MatrixXd columns(strip.n_rings(), 3 + 2 * n_others);
   for (Eigen::Index j = 0; j < strip.n_rings(); ++j) {
     const double x = strip.at_px(j);
     const double s = step.share(x);
-    columns.row(j) << step.steepness(x), s, 1 - s;
+    columns.row(j).head<3>() << step.steepness(x), s, 1 - s;
+    for (Eigen::Index k = 0; k < n_others; ++k) {
+      const OtherStep& other = step.others[static_cast<std::size_t>(k)];
+      columns(j, 3 + 2 * k) = step.other_share(other, x);
+      columns(j, 4 + 2 * k) = step.other_steepness(other, x);
+    }
   }
   return columns;
 }

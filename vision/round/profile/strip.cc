@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 namespace panelcal::internal {
 namespace {
@@ -12,6 +13,10 @@ constexpr double kSectorArc_px = 2;
 constexpr double kMinSectors = 24;
 constexpr double kMaxSectors = 256;
 constexpr double kOtherEdge = 0.25;  // of an edge's slope: where it rises by more, another begins
+/// Rings of an edge that stay in any case: outside, where a mask's opening is near, fewer.
+constexpr Eigen::Index kOutsideOfEdge = 3;
+constexpr Eigen::Index kInsideOfEdge = 4;
+constexpr Eigen::Index kBeyondOther = 3;  // rings, that tell where another edge is
 
 Eigen::Index sectors_of(double radius_px) {
   return static_cast<Eigen::Index>(
@@ -168,27 +173,64 @@ Eigen::ArrayXd ring_medians(const RimStrip& strip, const std::vector<char>& use)
   return medians;
 }
 
-void keep_one_edge(double near_px, double sign, Eigen::ArrayXd& medians, RimStrip& strip) {
+namespace {
+
+/// Where an edge's rings end on one side, and the edge beside it that is within them.
+struct EdgeSide {
+  Eigen::Index last = 0;              ///< of the slopes
+  std::optional<Eigen::Index> other;  ///< of the slopes, the steepest
+};
+
+/// In     slope: from ring to ring; step: 1 or -1
+EdgeSide side_of(const Eigen::ArrayXd& slope, Eigen::Index steepest, Eigen::Index step) {
+  const Eigen::Index n = slope.size();
+  const auto is_inside = [&](Eigen::Index j) { return j >= 0 && j < n; };
+  const double rise = kOtherEdge * slope[steepest];
+  Eigen::Index flattest = steepest;
+  Eigen::Index j = steepest + step;
+  for (; is_inside(j); j += step) {
+    if (slope[j] < slope[flattest]) flattest = j;
+    if (slope[j] > std::max(0.0, slope[flattest]) + rise) break;
+  }
+  if (!is_inside(j)) return {step < 0 ? 0 : n - 1, std::nullopt};
+  while (is_inside(j + step) && slope[j + step] > slope[j]) j += step;
+  const Eigen::Index other = j;
+  const double half = 0.5 * (slope[other] + std::max(0.0, slope[flattest]));
+  while (is_inside(j) && slope[j] > half) j += step;
+  // A slope that goes on is shading, such as a dome's.
+  if (!is_inside(j)) return {flattest, std::nullopt};
+  Eigen::Index last = j;
+  for (; is_inside(j) && std::abs(j - other) <= kBeyondOther; j += step) {
+    if (slope[j] > std::max(0.0, slope[last]) + rise) break;
+    if (slope[j] < slope[last] || slope[j] < rise) last = j;
+  }
+  return {last, other};
+}
+
+}  // namespace
+
+void keep_nearest_edge(
+    double at_px, double near_px, double sign, Eigen::ArrayXd& medians, RimStrip& strip) {
   const Eigen::Index n = medians.size() - 1;
   if (n < 2) return;
   const Eigen::ArrayXd slope = sign * (medians.tail(n) - medians.head(n));
-  Eigen::Index steepest = -1;
-  for (Eigen::Index j = 0; j < n; ++j) {
-    if (std::abs(strip.at_px(j) + 0.5) > near_px) continue;
-    if (steepest < 0 || slope[j] > slope[steepest]) steepest = j;
-  }
-  if (steepest < 0 || !(slope[steepest] > 0)) return;
-  // The flattest place from the edge on, if it is steep again behind.
-  const auto valley = [&](Eigen::Index step) {
-    Eigen::Index flattest = steepest;
-    for (Eigen::Index j = steepest + step; j >= 0 && j < n; j += step) {
-      if (slope[j] < slope[flattest]) flattest = j;
-      if (slope[j] > slope[flattest] + kOtherEdge * slope[steepest]) return flattest;
-    }
-    return step < 0 ? Eigen::Index{0} : n - 1;
+  const auto merit = [&](Eigen::Index j) {
+    const double z = (strip.at_px(j) + 0.5 - at_px) / near_px;
+    return slope[j] * std::exp(-0.5 * z * z);
   };
-  const Eigen::Index first = valley(-1);
-  const Eigen::Index count = valley(1) + 2 - first;
+  Eigen::Index steepest = 0;
+  for (Eigen::Index j = 1; j < n; ++j) {
+    if (merit(j) > merit(steepest)) steepest = j;
+  }
+  if (!(slope[steepest] > 0)) return;
+  const EdgeSide outer = side_of(slope, steepest, -1);
+  const EdgeSide inner = side_of(slope, steepest, 1);
+  for (const EdgeSide& side : {outer, inner}) {
+    if (side.other) strip.others_px.push_back(strip.at_px(*side.other) + 0.5);
+  }
+  const Eigen::Index first = std::clamp<Eigen::Index>(steepest + 1 - kOutsideOfEdge, 0, outer.last);
+  const Eigen::Index last = std::clamp<Eigen::Index>(steepest + kInsideOfEdge, inner.last + 1, n);
+  const Eigen::Index count = last + 1 - first;
   strip.first_px += static_cast<double>(first);
   strip.mean = strip.mean.middleRows(first, count).eval();
   strip.mass = strip.mass.segment(first, count).eval();

@@ -18,6 +18,8 @@ struct RimStrip {
   double first_px = 0;  ///< of ring 0: distance from the rim, inwards; rings are 1 px apart
   double unit = 1;      ///< fit frame units per px
   double seen = 1;      ///< part of the cells that hold a pixel
+  /// Edges beside the rim's that the rings show too: distance from the rim, inwards.
+  std::vector<double> others_px;
 
   Eigen::Index n_rings() const { return mean.rows(); }
   Eigen::Index n_sectors() const { return mean.cols(); }
@@ -41,13 +43,15 @@ RimStrip unroll(const RimWindow& window,
 /// In     use: empty, or as many as there are sectors
 Eigen::ArrayXd ring_medians(const RimStrip& strip, const std::vector<char>& use);
 
-/// Leaves of a strip the one edge that lies nearest to the circle: where the slope of the levels
-/// has fallen and rises again, another edge begins.
+/// Leaves of a strip the edge that lies nearest to a place and at most one more on either side.
+/// Where the slope of the levels has fallen and rises again, another edge begins; a slope that does
+/// not fall again is shading, which ends the strip.
 ///
-/// In     near_px: the edge is the steepest place within this of the circle; sign: of the inside's
-///        level less the outside's
-/// Out    medians, strip: the rings of that edge
+/// In     at_px: place across the strip; near_px: how far off the edge may be, as a sigma, which
+///        weighs slopes; sign: of the inside's level less the outside's
+/// Out    medians, strip: the rings of these edges, and where the others are
 /// See    tests/vision/round/profile/strip_test.cc
-void keep_one_edge(double near_px, double sign, Eigen::ArrayXd& medians, RimStrip& strip);
+void keep_nearest_edge(
+    double at_px, double near_px, double sign, Eigen::ArrayXd& medians, RimStrip& strip);
 
 }  // namespace panelcal::internal

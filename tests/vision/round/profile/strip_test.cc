@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "vision/round/profile/strip.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -29,33 +30,67 @@ RimStrip strip_of(double height, double other, double other_px, Eigen::ArrayXd& 
   return strip;
 }
 
+constexpr double kAbout_px = 0.6;  // rings are 1 px apart
+
 TEST(RimStrip, KeepsTheWeakerEdgeThatLiesAtTheCircle) {
+  for (const double side : {-1.0, 1.0}) {
+    Eigen::ArrayXd medians;
+    RimStrip strip = strip_of(40, 100, 4 * side, medians);
+    keep_nearest_edge(0, 1.5, 1, medians, strip);
+    ASSERT_EQ(strip.others_px.size(), 1U);
+    EXPECT_NEAR(strip.others_px[0], 4 * side, kAbout_px);
+    EXPECT_EQ(strip.n_rings(), medians.size());
+    EXPECT_EQ(strip.mass.size(), medians.size());
+    EXPECT_FLOAT_EQ(strip.mean(0, 2), static_cast<float>(medians[0]));
+    // All of the other edge, as far as it rises.
+    EXPECT_LE(strip.first_px, side < 0 ? -6 : -8);
+    EXPECT_GE(strip.at_px(strip.n_rings() - 1), side < 0 ? 8 : 6);
+  }
+}
+
+TEST(RimStrip, KeepsTheEdgeThatIsExpected) {
   Eigen::ArrayXd medians;
   RimStrip strip = strip_of(40, 100, -4, medians);
-  keep_one_edge(2, 1, medians, strip);
-  EXPECT_GE(strip.first_px, -3);
-  EXPECT_LE(strip.first_px, -1);
-  EXPECT_EQ(strip.at_px(strip.n_rings() - 1), 8);
-  EXPECT_EQ(strip.n_rings(), medians.size());
-  EXPECT_EQ(strip.mass.size(), medians.size());
-  EXPECT_FLOAT_EQ(strip.mean(0, 2), static_cast<float>(medians[0]));
-  EXPECT_NEAR(medians[medians.size() - 1], 180, 1);
+  keep_nearest_edge(-4, 1.5, 1, medians, strip);
+  ASSERT_EQ(strip.others_px.size(), 1U);
+  EXPECT_NEAR(strip.others_px[0], 0, kAbout_px);
+}
 
-  strip = strip_of(40, 100, 4, medians);
-  keep_one_edge(2, 1, medians, strip);
-  EXPECT_EQ(strip.first_px, -8);
-  EXPECT_GE(strip.at_px(strip.n_rings() - 1), 1);
-  EXPECT_LE(strip.at_px(strip.n_rings() - 1), 3);
+TEST(RimStrip, ASlopeThatGoesOnIsNoEdge) {
+  Eigen::ArrayXd medians;
+  RimStrip strip = strip_of(40, 0, 0, medians);
+  for (Eigen::Index j = 0; j < medians.size(); ++j) {
+    const double inside = std::max(0.0, strip.at_px(j) - 2);
+    medians[j] += inside * inside;
+  }
+  keep_nearest_edge(0, 1.5, 1, medians, strip);
+  EXPECT_TRUE(strip.others_px.empty());
+  EXPECT_LT(strip.at_px(strip.n_rings() - 1), 8);
 }
 
 TEST(RimStrip, KeepsAllAroundASingleEdge) {
   for (const double sign : {1.0, -1.0}) {
     Eigen::ArrayXd medians;
     RimStrip strip = strip_of(sign * 40, 0, 0, medians);
-    keep_one_edge(2, sign, medians, strip);
+    keep_nearest_edge(0, 1.5, sign, medians, strip);
+    EXPECT_TRUE(strip.others_px.empty());
     EXPECT_EQ(strip.n_rings(), 17);
     EXPECT_EQ(strip.first_px, -8);
   }
+}
+
+/// A camera that sharpens draws a dark ring and a bright one along the edge: its level rises and
+/// falls there, and rises nowhere else.
+TEST(RimStrip, TheBandsOfASharpenedEdgeAreNoEdges) {
+  Eigen::ArrayXd medians;
+  RimStrip strip = strip_of(40, 0, 0, medians);
+  for (Eigen::Index j = 0; j < medians.size(); ++j) {
+    const double x = strip.at_px(j);
+    medians[j] += 8 * x * std::exp(-0.25 * x * x);
+  }
+  keep_nearest_edge(0, 1.5, 1, medians, strip);
+  EXPECT_TRUE(strip.others_px.empty());
+  EXPECT_EQ(strip.n_rings(), 17);
 }
 
 }  // namespace
