@@ -38,4 +38,10 @@ std::optional<std::string> size_problem(
                      100 * tolerance);
 }
 
+std::optional<double> size_ratio(const TargetFit& fit, const Target& target) {
+  if (target.size && fit.size_mm) return fit.size_mm->in_mm() / target.size->in_mm();
+  if (target.size_px) return fit.size.in_px() / target.size_px->in_px();
+  return std::nullopt;
+}
+
 }  // namespace panelcal::internal

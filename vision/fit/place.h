@@ -7,6 +7,7 @@
 
 #include "vision/fit/detection.h"
 #include "vision/fit/frame.h"
+#include "vision/fit/target.h"
 #include <Eigen/Core>
 
 namespace panelcal::internal {
@@ -23,5 +24,8 @@ void set_place(const FitFrame& fit_frame,
 /// Says by how much a length is off; empty if it is within the tolerance. Lengths in frame units.
 std::optional<std::string> size_problem(
     const FitFrame& fit_frame, std::string_view what, double seen, double asked, double tolerance);
+
+/// The size of a fit over the one that is asked for; absent for a target without a size.
+std::optional<double> size_ratio(const TargetFit& fit, const Target& target);
 
 }  // namespace panelcal::internal

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "vision/fit/detector.h"
+#include "vision/fit/place.h"
 #include "vision/picture/memory_error.h"
 #include "vision/suggest/explain.h"
 #include <fmt/format.h>
@@ -20,13 +21,6 @@ using internal::DetectorInput;
 using internal::FittedCandidate;
 using Verdict = FittedCandidate::Verdict;
 
-/// The size of a fit over the one that is asked for.
-std::optional<double> size_ratio(const TargetFit& fit, const Target& target) {
-  if (target.size && fit.size_mm) return fit.size_mm->in_mm() / target.size->in_mm();
-  if (target.size_px) return fit.size.in_px() / target.size_px->in_px();
-  return std::nullopt;
-}
-
 /// Distance of a candidate from the requested target: a size off by its tolerance counts as a score
 /// that is lower by a fifth, and so does a place at the rim of the searched circle.
 double distance_from_asked(const FittedCandidate& candidate,
@@ -34,7 +28,7 @@ double distance_from_asked(const FittedCandidate& candidate,
                            const LocateOptions& options) {
   constexpr double kWeight = 0.2;
   double distance = 1 - candidate.fit.score;
-  const auto ratio = size_ratio(candidate.fit, target);
+  const auto ratio = internal::size_ratio(candidate.fit, target);
   if (ratio && *ratio > 0) {
     distance += kWeight * std::abs(std::log(*ratio)) / std::max(0.01, target.size_tolerance);
   }
@@ -85,7 +79,7 @@ Detection decide(std::vector<FittedCandidate> candidates,
     return detection;
   }
   detection.best = candidates.front().fit;
-  detection.size_ratio = size_ratio(*detection.best, target);
+  detection.size_ratio = internal::size_ratio(*detection.best, target);
   if (candidates.front().verdict == Verdict::Unfit) {
     detection.status = DetectionStatus::Rejected;
     detection.reason = candidates.front().reason;

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "vision/fit/place.h"
 #include "vision/round/candidate_fit.h"
 #include "vision/round/radial_votes.h"
 #include "vision/round/rays.h"
@@ -23,6 +24,8 @@ constexpr double kSameStart_px = 0.5;
 constexpr double kBlurOfTwoEdges_px = 1.5;
 constexpr double kOfTheTwo = 0.7;
 constexpr double kAllAround = 0.9;  // of the rim
+/// Of the tolerance: an edge of two is beside the size of either.
+constexpr double kBetweenTwo = 0.25;
 
 ExpectedRim expected_rim(const Target& target, const CameraMapping* mapping) {
   ExpectedRim expected;
@@ -54,6 +57,13 @@ bool is_same_start(const RimStart& a, const RimStart& b) {
          std::abs(difference[kRadius]) < kSameStart_px;
 }
 
+/// True if a good fit may be of two edges together, which is wide, and of a size between theirs.
+bool may_be_two_edges(const Target& target, const ExpectedRim& expected, const TargetFit& fit) {
+  if (fit.blur_px < kBlurOfTwoEdges_px) return false;
+  const double ratio = size_ratio(fit, target).value_or(1);
+  return std::abs(ratio - 1) > kBetweenTwo * expected.size_tolerance;
+}
+
 /// The fit of a sighting. Where that is not the target, a ring about the same centre that is weaker
 /// but of the size may be: a pad in a mask's opening, a dome whose rim is darker than its middle.
 FittedCandidate fit_or_look_again(const DetectorInput& input,
@@ -63,8 +73,8 @@ FittedCandidate fit_or_look_again(const DetectorInput& input,
   FittedCandidate candidate =
       fit_candidate(input.image, sighting.fit_frame, expected, sighting.start, input.options);
   const bool is_good = candidate.verdict == FittedCandidate::Verdict::Good;
-  const double blur_px = candidate.fit.blur_px;
-  if ((is_good && blur_px < kBlurOfTwoEdges_px) || sighting.start.at_border) return candidate;
+  if (sighting.start.at_border) return candidate;
+  if (is_good && !may_be_two_edges(input.target, expected, candidate.fit)) return candidate;
   const auto start = find_rim(input.image,
                               sighting.fit_frame,
                               sighting.start.parameters.head<2>(),
@@ -81,7 +91,7 @@ FittedCandidate fit_or_look_again(const DetectorInput& input,
   const bool is_plain = other.fit.visible > kAllAround && other.fit.blur_px < kBlurOfTwoEdges_px;
   if (is_same && !is_plain) return candidate;
   // An edge of two is wider than either; one that is out of focus stays as wide.
-  return is_good && other.fit.blur_px > kOfTheTwo * blur_px ? candidate : other;
+  return is_good && other.fit.blur_px > kOfTheTwo * candidate.fit.blur_px ? candidate : other;
 }
 
 /// The strongest rim about a place, or, if that is not near the size, one that is.
