@@ -23,7 +23,7 @@ constexpr double kQuietShareOfNights = 0.9;
 /// An axis reduced to what is needed: the usual steps of the level, the noise, the values.
 struct Axis {
   std::vector<double> days;      ///< since the first night
-  std::vector<double> value;     ///< temperature and warm-up taken out
+  std::vector<double> value;     ///< temperature taken out
   std::vector<double> variance;  ///< of a night
   double drift = 0;              ///< per square root of a day
 };
@@ -140,11 +140,9 @@ Expected<std::vector<Axis>> axes_of(const DriftSeries& series,
       const auto since = point.time - series.points[nights.front()].time;
       axis.days.push_back(static_cast<double>(since.count()) / 86400);
       const double kelvin = point.temperature_c ? *point.temperature_c - options.reference_c : 0;
-      const double cold = point.since_start ? std::exp(-(*point.since_start / options.warm_up)) : 0;
-      axis.value.push_back(point.value(i) - p.per_kelvin * kelvin - p.warm_up * cold);
+      axis.value.push_back(point.value(i) - p.per_kelvin * kelvin);
       axis.variance.push_back(point.cov(i, i) + p.repeatability * p.repeatability +
-                              std::pow(p.per_kelvin_sigma * kelvin, 2) +
-                              std::pow(p.warm_up_sigma * cold, 2));
+                              std::pow(p.per_kelvin_sigma * kelvin, 2));
     }
     axes.push_back(std::move(axis));
   }

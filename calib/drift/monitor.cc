@@ -40,6 +40,10 @@ Eigen::VectorXd independent_scores(const DriftPrediction& prediction,
   return root.is_definite() ? root.whiten(scores) : scores;
 }
 
+bool WatchedNight::is_step() const {
+  return std::ranges::find(alarms, DriftChart::Night, &DriftAlarm::chart) != alarms.end();
+}
+
 Expected<void> WatchOptions::validate() const {
   const auto between =
       [](std::string_view field, double value, double low, double high) -> Expected<void> {
@@ -85,7 +89,7 @@ void DriftMonitor::restart_charts() {
 }
 
 void DriftMonitor::compare_with_anchor(WatchedNight& night) {
-  const Eigen::VectorXd here = model_.forecast(night.time, std::nullopt, std::nullopt).mean();
+  const Eigen::VectorXd here = model_.forecast(night.time, std::nullopt).mean();
   if (anchor_ && moved_ && night.is_judged && (here - *anchor_).norm() > *moved_) {
     night.alarms.push_back({DriftChart::Moved, (here - *anchor_).norm(), *moved_, std::nullopt});
     anchor_.reset();
@@ -125,8 +129,7 @@ Expected<WatchedNight> DriftMonitor::add(const DriftPoint& point) {
     anchor_.reset();
   }
   if (night.is_judged) judge(night);
-  if (std::ranges::any_of(night.alarms,
-                          [](const DriftAlarm& a) { return a.chart == DriftChart::Night; })) {
+  if (night.is_step()) {
     // A step says nothing about how the machine drifts.
     model_ = std::move(before);
     DriftPoint fresh = point;
@@ -136,19 +139,6 @@ Expected<WatchedNight> DriftMonitor::add(const DriftPoint& point) {
   }
   compare_with_anchor(night);
   return night;
-}
-
-Expected<std::vector<WatchedNight>> watch_drift(const DriftSeries& series,
-                                                const DriftOptions& options,
-                                                const WatchOptions& watch) {
-  PANELCAL_TRY(DriftMonitor monitor,
-               DriftMonitor::make(static_cast<int>(series.names.size()), options, watch));
-  std::vector<WatchedNight> nights;
-  for (const DriftPoint& point : series.points) {
-    PANELCAL_TRY(WatchedNight night, monitor.add(point));
-    nights.push_back(std::move(night));
-  }
-  return nights;
 }
 
 std::string words_of(const DriftAlarm& alarm,

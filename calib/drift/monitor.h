@@ -40,6 +40,9 @@ struct WatchedNight {
   Eigen::MatrixXd expected_cov;  ///< of what would be found, the night's own error included
   Eigen::VectorXd scores;        ///< independent and standard normal while nothing happens
   std::vector<DriftAlarm> alarms;
+
+  /// The night by itself is out: the level after it is new.
+  bool is_step() const;
 };
 
 /// Rate of false alarms, and the changes that the monitor looks for.
@@ -63,7 +66,7 @@ Eigen::VectorXd independent_scores(const DriftPrediction& prediction, const Eige
 /// nights.
 ///
 /// Each night is held against what the nights before it predict (DriftModel), so what is usual for
-/// this machine, its drift, the temperature and the warm-up included, is no alarm. Half of the
+/// this machine, its drift and the temperature included, is no alarm. Half of the
 /// false alarms go to the chart of single nights, a quarter to the average's and a quarter to the
 /// sums'. Rates are added, so the true one is rather below.
 ///
@@ -104,13 +107,6 @@ class DriftMonitor {
   EwmaChart average_;
   std::vector<CusumChart> sums_;
 };
-
-/// Replays a series.
-///
-/// Fails  as DriftMonitor
-Expected<std::vector<WatchedNight>> watch_drift(const DriftSeries& series,
-                                                const DriftOptions& options,
-                                                const WatchOptions& watch);
 
 /// "a step: tonight is 7.2 sigma from what the nights before predicted, limit 3.9".
 ///

@@ -126,9 +126,7 @@ Expected<DriftSeries> series_as_learned(const NightHistory& history, const Night
   PANELCAL_TRY(DriftMonitor monitor, DriftMonitor::make(n_axes, config.drift, config.watch));
   for (DriftPoint& point : series.points) {
     PANELCAL_TRY(const WatchedNight night, monitor.add(point));
-    const bool is_step = std::ranges::any_of(
-        night.alarms, [](const DriftAlarm& a) { return a.chart == DriftChart::Night; });
-    point.is_fresh_start = point.is_fresh_start || is_step;
+    point.is_fresh_start = point.is_fresh_start || night.is_step();
   }
   return series;
 }
