@@ -46,17 +46,6 @@ double days_between(std::chrono::sys_seconds a, std::chrono::sys_seconds b) {
   return static_cast<double>((b - a).count()) / kSecondsPerDay;
 }
 
-/// The value below which a share of the weight lies.
-double quantile(std::vector<std::pair<double, double>> value_and_weight, double share) {
-  std::ranges::sort(value_and_weight);
-  double sum = 0;
-  for (const auto& [value, weight] : value_and_weight) {
-    sum += weight;
-    if (sum >= share) return value;
-  }
-  return value_and_weight.back().first;
-}
-
 }  // namespace
 
 Expected<void> DriftOptions::validate() const {
@@ -285,28 +274,6 @@ Expected<void> DriftModel::add(const DriftPoint& point) {
   last_ = point.time;
   ++n_nights_;
   return {};
-}
-
-DriftParameters DriftModel::parameters(int i_axis) const {
-  const Bank& bank = banks_[static_cast<std::size_t>(i_axis)];
-  const NormalMixture weights = mixture(bank, Look{Eigen::Vector2d::Zero(), 0, 0}, nullptr);
-  std::vector<std::pair<double, double>> drifts;
-  std::vector<std::pair<double, double>> repeats;
-  NormalMixture kelvin;
-  for (std::size_t i = 0; i < bank.size(); ++i) {
-    const double w = weights.parts[i].weight;
-    drifts.emplace_back(bank[i].drift, w);
-    repeats.emplace_back(bank[i].repeatability, w);
-    kelvin.parts.push_back({w, bank[i].mean(1), bank[i].cov(1, 1)});
-  }
-  DriftParameters out;
-  out.drift_per_sqrt_day = quantile(drifts, 0.5);
-  out.drift_low = quantile(drifts, 0.05);
-  out.drift_high = quantile(drifts, 0.95);
-  out.repeatability = quantile(repeats, 0.5);
-  out.per_kelvin = kelvin.mean();
-  out.per_kelvin_sigma = std::sqrt(kelvin.variance());
-  return out;
 }
 
 }  // namespace panelcal

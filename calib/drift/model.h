@@ -46,16 +46,6 @@ struct DriftPrediction {
   Eigen::MatrixXd cov() const;
 };
 
-/// The estimate of the nights for an axis, one standard deviation each; in the series' unit.
-struct DriftParameters {
-  double drift_per_sqrt_day = 0;  ///< median
-  double drift_low = 0;           ///< 5 %
-  double drift_high = 0;          ///< 95 %
-  double repeatability = 0;       ///< median
-  double per_kelvin = 0;
-  double per_kelvin_sigma = 0;
-};
-
 /// Learns night by night how a calibrated value moves, and predicts it with honest uncertainty.
 ///
 ///   value_t = level_t + b (T_t - T0) + e_t,   e_t ~ N(0, cov_t + rep^2)
@@ -101,8 +91,6 @@ class DriftModel {
   const std::optional<std::chrono::sys_seconds>& last() const { return last_; }
   bool has_enough() const { return n_nights_ >= options_.min_nights; }
   const DriftOptions& options() const { return options_; }
-  /// Precondition: 0 <= i_axis < n_axes()
-  DriftParameters parameters(int i_axis) const;
 
  private:
   /// One filter: of level, per kelvin.

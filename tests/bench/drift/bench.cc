@@ -4,7 +4,6 @@
 //
 //   drift_bench faults [YEARS]   nights until a fault is caught, by method
 //   drift_bench season [YEARS]   a year with and without its temperature noted
-//   drift_bench change [YEARS]   find_change as a detector, and the dates that it gives
 #include <algorithm>
 #include <cstdlib>
 #include <optional>
@@ -13,7 +12,6 @@
 
 #include <fmt/format.h>
 
-#include "tests/bench/drift/change.h"
 #include "tests/bench/drift/faults.h"
 #include "tests/bench/drift/season.h"
 #include "tests/bench/drift/trial.h"
@@ -93,7 +91,6 @@ int run(const std::string& what, int n_years) {
     return 0;
   }
   if (what == "season") return print_season(n_years, kSeed);
-  if (what == "change") return print_changes(n_years, kSeed);
   return 2;
 }
 
@@ -103,6 +100,6 @@ int main(int argc, char** argv) {
   const std::string what = argc > 1 ? argv[1] : "";
   const int n_years = argc > 2 ? std::atoi(argv[2]) : 400;
   const int code = n_years < 1 || argc > 3 ? 2 : panelcal::bench::run(what, n_years);
-  if (code == 2) fmt::print(stderr, "usage: drift_bench faults|season|change [YEARS]\n");
+  if (code == 2) fmt::print(stderr, "usage: drift_bench faults|season [YEARS]\n");
   return code;
 }

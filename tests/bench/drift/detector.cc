@@ -83,8 +83,7 @@ bool Detector::has_moved(const Look& look) {
 bool Detector::add(const Look& look) {
   if (!look.is_judged) return false;
   const double size = looks_up_only_ ? look.scores(0) : look.scores.norm();
-  was_night_ = night_limit_ && size > *night_limit_;
-  bool is_alarm = was_night_;
+  bool is_alarm = night_limit_ && size > *night_limit_;
   if (average_) is_alarm = average_->add(look.scores) || is_alarm;
   for (std::size_t i = 0; i < sums_.size(); ++i) {
     is_alarm = sums_[i].add(look.scores(static_cast<Eigen::Index>(i))) || is_alarm;

@@ -48,8 +48,6 @@ class Detector {
  public:
   Detector(const Method& method, Channel channel, double nights_per_false_alarm);
   bool add(const Look& look);
-  /// Whether the last night by itself was the alarm, or part of it.
-  bool was_night() const { return was_night_; }
 
  private:
   bool has_moved(const Look& look);
@@ -59,7 +57,6 @@ class Detector {
   std::optional<EwmaChart> average_;
   std::vector<CusumChart> sums_;
   bool watches_moves_;
-  bool was_night_ = false;
   std::optional<Eigen::VectorXd> anchor_mm_;
 };
 
