@@ -18,6 +18,8 @@ bool CusumChart::add(double score) {
   const auto positive = [](double v) { return v < 0 ? 0 : v; };
   up_ = positive(up_ + score - allowance_);
   if (shift_ == Shift::Both) down_ = positive(down_ - score - allowance_);
+  n_up_ = up_ > 0 ? n_up_ + 1 : 0;
+  n_down_ = down_ > 0 ? n_down_ + 1 : 0;
   return !(up_ <= limit_ && down_ <= limit_);
 }
 

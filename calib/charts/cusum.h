@@ -24,11 +24,17 @@ class CusumChart {
 
   /// Adds a night; true if a sum is now above the limit.
   bool add(double score);
-  void restart() { up_ = down_ = 0; }
+  void restart() {
+    up_ = down_ = 0;
+    n_up_ = n_down_ = 0;
+  }
 
   /// The larger sum.
   double statistic() const { return up_ > down_ ? up_ : down_; }
   double limit() const { return limit_; }
+  /// The nights for which that sum has been above zero, the last one included: so long ago the
+  /// shift began, if it is one.
+  int n_nights() const { return up_ > down_ ? n_up_ : n_down_; }
 
  private:
   Shift shift_;
@@ -36,6 +42,8 @@ class CusumChart {
   double limit_;
   double up_ = 0;
   double down_ = 0;
+  int n_up_ = 0;
+  int n_down_ = 0;
 };
 
 }  // namespace panelcal

@@ -165,56 +165,6 @@ double resolved_gap(const std::vector<DecaySample>& sorted) {
   return gap;
 }
 
-/// The sum of squares that the linear part leaves, for a grid of time constants and frequencies: by
-/// normal equations of values about their mean, which is exact enough to find a minimum by.
-class DecayScan {
- public:
-  DecayScan(const std::vector<DecaySample>& samples, const Eigen::MatrixXd& values)
-      : samples_(samples), values_(values) {
-    Eigen::VectorXd weight(values.rows());
-    for (Eigen::Index i = 0; i < weight.size(); ++i) {
-      weight[i] = 1 / samples[static_cast<std::size_t>(i)].sigma;
-    }
-    const Eigen::RowVectorXd mean = weight.transpose() * values / weight.squaredNorm();
-    values_ -= weight * mean;
-    total_ = values_.squaredNorm();
-    left_.resize(weight.size());
-    weight_ = std::move(weight);
-  }
-
-  void set_time_constant(double time_constant) {
-    for (Eigen::Index i = 0; i < left_.size(); ++i) {
-      const double t = samples_[static_cast<std::size_t>(i)].time;
-      left_[i] = weight_[i] * std::exp(-t / time_constant);
-    }
-  }
-
-  double chi_square(double frequency) const {
-    constexpr double kRidge = 1e-12;
-    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-    Eigen::Matrix3Xd right = Eigen::Matrix3Xd::Zero(3, values_.cols());
-    for (Eigen::Index i = 0; i < left_.size(); ++i) {
-      const double turn = frequency * samples_[static_cast<std::size_t>(i)].time;
-      const Eigen::Vector3d row(weight_[i], left_[i] * std::cos(turn), left_[i] * std::sin(turn));
-      normal += row * row.transpose();
-      right += row * values_.row(i);
-    }
-    // A column of zeros (no sine without a frequency) and columns alike must not stop it.
-    const double ridge = kRidge * normal.trace();
-    normal.diagonal().array() += ridge;
-    const Cholesky root(normal);
-    if (!root.is_definite()) return total_;
-    return total_ - root.whiten(Eigen::MatrixXd(right)).squaredNorm();
-  }
-
- private:
-  const std::vector<DecaySample>& samples_;
-  Eigen::MatrixXd values_;
-  Eigen::VectorXd weight_;
-  Eigen::VectorXd left_;
-  double total_ = 0;
-};
-
 struct DecayStart {
   int i_time_constant = 0;
   double time_constant = 0;
@@ -227,7 +177,8 @@ struct DecayStart {
 /// moving by a quarter.
 std::vector<DecayStart> decay_starts(const std::vector<DecaySample>& samples,
                                      const Eigen::MatrixXd& values,
-                                     bool turns) {
+                                     DecayShape shape) {
+  const bool turns = shape == DecayShape::Oscillation;
   const double last = samples.back().time;
   const double span = last - samples.front().time;
   const double gap = resolved_gap(samples);
@@ -235,16 +186,17 @@ std::vector<DecayStart> decay_starts(const std::vector<DecaySample>& samples,
   const double ratio = std::pow(3 * last / shortest, 1.0 / (kDecayTimeConstants - 1));
   constexpr double kMoving = 4;
   constexpr double kMostFrequencies = 2000;
-  DecayScan scan(samples, values);
   std::vector<DecayStart> starts;
   for (int i = 0; i < kDecayTimeConstants; ++i) {
     const double time_constant = shortest * std::pow(ratio, i);
     const double step = 0.5 * std::numbers::pi / std::min(span, kMoving * time_constant);
     const int n =
         turns ? static_cast<int>(std::min(kMostFrequencies, std::numbers::pi / gap / step)) : 0;
-    scan.set_time_constant(time_constant);
     std::vector<double> chi_square;
-    for (int f = turns ? 1 : 0; f <= n; ++f) chi_square.push_back(scan.chi_square(f * step));
+    for (int f = turns ? 1 : 0; f <= n; ++f) {
+      chi_square.push_back(
+          project_decay(samples, values, shape, time_constant, f * step).chi_square);
+    }
     for (std::size_t f = 0; f < chi_square.size(); ++f) {
       const bool is_left = f == 0 || chi_square[f] <= chi_square[f - 1];
       const bool is_right = f + 1 == chi_square.size() || chi_square[f] < chi_square[f + 1];
@@ -281,7 +233,7 @@ std::vector<Decay> search(const std::vector<DecaySample>& samples,
   const double highest = kBeyond * std::numbers::pi / resolved_gap(samples);
   std::vector<DecayStart> taken;
   std::vector<Decay> minima;
-  for (const DecayStart& start : decay_starts(samples, values, shape == DecayShape::Oscillation)) {
+  for (const DecayStart& start : decay_starts(samples, values, shape)) {
     if (taken.size() == kMostStarts) break;
     if (std::ranges::any_of(taken, [&](const auto& t) { return is_one_valley(t, start); }))
       continue;

@@ -23,8 +23,7 @@ double chance_at(const DriftModel& model,
                  const Eigen::VectorXd& in_force,
                  std::chrono::sys_seconds time,
                  const ForecastLimits& limits) {
-  return chance_beyond(
-      model.forecast(time, limits.temperature_c, std::nullopt), in_force, limits.tolerance);
+  return chance_beyond(model.forecast(time, limits.temperature_c), in_force, limits.tolerance);
 }
 
 /// Of one or two axes.
@@ -116,7 +115,7 @@ Expected<DrillForecast> may_drill(const DriftModel& model,
   DrillForecast out;
   out.now = now;
   if (!model.has_enough()) return out;
-  const DriftPrediction prediction = model.forecast(now, limits.temperature_c, std::nullopt);
+  const DriftPrediction prediction = model.forecast(now, limits.temperature_c);
   out.error = prediction.mean() - in_force;
   out.cov = prediction.cov();
   out.chance_now = chance_beyond(prediction, in_force, limits.tolerance);

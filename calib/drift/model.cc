@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include <Eigen/LU>
+#include "calib/base/statistics/covariance_check.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -46,31 +46,6 @@ double days_between(std::chrono::sys_seconds a, std::chrono::sys_seconds b) {
   return static_cast<double>((b - a).count()) / kSecondsPerDay;
 }
 
-bool is_drift_covariance(const Eigen::MatrixXd& cov) {
-  constexpr double kRounding = 1e-9;
-  if (!cov.allFinite() || !(cov.cwiseAbs().maxCoeff() < kLargest)) return false;
-  for (Eigen::Index i = 0; i < cov.rows(); ++i) {
-    if (!(cov(i, i) >= 0)) return false;
-    for (Eigen::Index j = 0; j < i; ++j) {
-      const double size = std::sqrt(cov(i, i)) * std::sqrt(cov(j, j));
-      if (!(std::abs(cov(i, j) - cov(j, i)) <= kRounding * size)) return false;
-      if (!(std::abs(cov(i, j)) <= (1 + kRounding) * size)) return false;
-    }
-  }
-  return true;
-}
-
-/// The value below which a share of the weight lies.
-double quantile(std::vector<std::pair<double, double>> value_and_weight, double share) {
-  std::ranges::sort(value_and_weight);
-  double sum = 0;
-  for (const auto& [value, weight] : value_and_weight) {
-    sum += weight;
-    if (sum >= share) return value;
-  }
-  return value_and_weight.back().first;
-}
-
 }  // namespace
 
 Expected<void> DriftOptions::validate() const {
@@ -84,8 +59,6 @@ Expected<void> DriftOptions::validate() const {
   PANELCAL_CHECK(above("repeatability", priors.repeatability, 0));
   PANELCAL_CHECK(above("repeatability_factor", priors.repeatability_factor, 1.05));
   PANELCAL_CHECK(above("per_kelvin", priors.per_kelvin, 0));
-  PANELCAL_CHECK(above("warm_up of the priors", priors.warm_up, 0));
-  PANELCAL_CHECK(above("warm_up", warm_up.in_s(), 0));
   PANELCAL_CHECK(above("unknown_kelvin", unknown_kelvin, 0));
   PANELCAL_CHECK(above("reference_c", reference_c, -kMostKelvin));
   PANELCAL_CHECK(above("min_nights", min_nights, 2));
@@ -127,7 +100,7 @@ DriftModel::DriftModel(int n_axes, const DriftOptions& options)
       f.drift = drift;
       f.repeatability = repeat;
       f.log_weight = log_drift + log_repeat;
-      f.cov.diagonal() << 0, p.per_kelvin * p.per_kelvin, p.warm_up * p.warm_up;
+      f.cov(1, 1) = p.per_kelvin * p.per_kelvin;
       bank.push_back(f);
     }
   }
@@ -135,12 +108,10 @@ DriftModel::DriftModel(int n_axes, const DriftOptions& options)
 }
 
 DriftModel::Look DriftModel::look(std::chrono::sys_seconds time,
-                                  const std::optional<double>& temperature_c,
-                                  const std::optional<Time>& since_start) const {
+                                  const std::optional<double>& temperature_c) const {
   Look out;
-  const double warming = since_start ? std::exp(-(*since_start / options_.warm_up)) : 0;
   const double usual_c = n_temperatures_ > 0 ? mean_temperature_c_ : options_.reference_c;
-  out.row << 1, temperature_c.value_or(usual_c) - options_.reference_c, warming;
+  out.row << 1, temperature_c.value_or(usual_c) - options_.reference_c;
   if (!temperature_c && n_temperatures_ > 0) {
     const double before = kNightsOfUnknown * options_.unknown_kelvin * options_.unknown_kelvin;
     out.unknown =
@@ -175,7 +146,7 @@ NormalMixture DriftModel::mixture(const Bank& bank,
 }
 
 DriftPrediction DriftModel::predict(const DriftPoint& point) const {
-  const Look at = look(point.time, point.temperature_c, point.since_start);
+  const Look at = look(point.time, point.temperature_c);
   const auto n = static_cast<Eigen::Index>(banks_.size());
   DriftPrediction out;
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -194,9 +165,8 @@ DriftPrediction DriftModel::predict(const DriftPoint& point) const {
 }
 
 DriftPrediction DriftModel::forecast(std::chrono::sys_seconds time,
-                                     std::optional<double> temperature_c,
-                                     std::optional<Time> since_start) const {
-  const Look at = look(time, temperature_c, since_start);
+                                     std::optional<double> temperature_c) const {
+  const Look at = look(time, temperature_c);
   const auto n = static_cast<Eigen::Index>(banks_.size());
   DriftPrediction out;
   for (const Bank& bank : banks_) out.axes.push_back(mixture(bank, at, nullptr));
@@ -220,17 +190,13 @@ Expected<void> DriftModel::check(const DriftPoint& point) const {
   if (!point.value.allFinite() || !(point.value.cwiseAbs().maxCoeff() < kLargest)) {
     return failure(invalid_drift("a night's value is not finite", "numbers"));
   }
-  if (!is_drift_covariance(point.cov)) {
+  if (!(point.cov.cwiseAbs().maxCoeff() < kLargest) || internal::covariance_flaw(point.cov)) {
     return failure(invalid_drift("the covariance of a night is not positive semidefinite",
                                  "a symmetric one, not negative"));
   }
   if (point.temperature_c && !(std::abs(*point.temperature_c) < kMostKelvin)) {
     return failure(invalid_drift(fmt::format("a night's temperature is {}", *point.temperature_c),
                                  "degrees Celsius"));
-  }
-  if (point.since_start && !(point.since_start->in_s() >= 0)) {
-    return failure(
-        invalid_drift("a machine had been running for less than no time", "0 s or more"));
   }
   if (last_ && point.time <= *last_) {
     return failure(
@@ -245,9 +211,8 @@ void DriftModel::start_anew(const DriftPoint& point, const Look& look) {
     const auto k = static_cast<Eigen::Index>(i);
     for (Filter& f : banks_[i]) {
       const double night = point.cov(k, k) + f.repeatability * f.repeatability;
-      f.mean(0) = point.value(k) - look.row.tail<2>().dot(f.mean.tail<2>());
-      f.cov.row(0).setZero();
-      f.cov.col(0).setZero();
+      f.mean(0) = point.value(k) - look.row(1) * f.mean(1);
+      f.cov(0, 1) = f.cov(1, 0) = 0;
       f.cov(0, 0) = kDiffuse * night;
     }
   }
@@ -259,13 +224,13 @@ double DriftModel::update(Bank& bank, const Look& look, double value, double var
     f.cov(0, 0) += f.drift * f.drift * look.days;
     const double noise = variance + f.repeatability * f.repeatability +
                          look.unknown * look.unknown * (f.cov(1, 1) + f.mean(1) * f.mean(1));
-    const Eigen::Vector3d with_row = f.cov * look.row;
+    const Eigen::Vector2d with_row = f.cov * look.row;
     const double spread = look.row.dot(with_row) + noise;
     const double away = value - look.row.dot(f.mean);
-    const Eigen::Vector3d gain = with_row / spread;
+    const Eigen::Vector2d gain = with_row / spread;
     f.mean += gain * away;
     // Joseph's form stays a covariance also after a diffuse start.
-    const Eigen::Matrix3d left = Eigen::Matrix3d::Identity() - gain * look.row.transpose();
+    const Eigen::Matrix2d left = Eigen::Matrix2d::Identity() - gain * look.row.transpose();
     f.cov = (left * f.cov * left.transpose() + noise * gain * gain.transpose()).eval();
     f.log_weight -= 0.5 * (std::log(spread) + away * away / spread);
     most = std::max(most, f.log_weight);
@@ -286,7 +251,7 @@ double DriftModel::update(Bank& bank, const Look& look, double value, double var
 Expected<void> DriftModel::add(const DriftPoint& point) {
   if (point.is_left_out) return {};
   PANELCAL_CHECK(check(point));
-  const Look at = look(point.time, point.temperature_c, point.since_start);
+  const Look at = look(point.time, point.temperature_c);
   if (!last_ || point.is_fresh_start) start_anew(point, at);
   const auto n = static_cast<Eigen::Index>(banks_.size());
   Eigen::VectorXd left(n);
@@ -309,32 +274,6 @@ Expected<void> DriftModel::add(const DriftPoint& point) {
   last_ = point.time;
   ++n_nights_;
   return {};
-}
-
-DriftParameters DriftModel::parameters(int i_axis) const {
-  const Bank& bank = banks_[static_cast<std::size_t>(i_axis)];
-  const NormalMixture weights = mixture(bank, Look{Eigen::Vector3d::Zero(), 0, 0}, nullptr);
-  std::vector<std::pair<double, double>> drifts;
-  std::vector<std::pair<double, double>> repeats;
-  NormalMixture kelvin;
-  NormalMixture warm;
-  for (std::size_t i = 0; i < bank.size(); ++i) {
-    const double w = weights.parts[i].weight;
-    drifts.emplace_back(bank[i].drift, w);
-    repeats.emplace_back(bank[i].repeatability, w);
-    kelvin.parts.push_back({w, bank[i].mean(1), bank[i].cov(1, 1)});
-    warm.parts.push_back({w, bank[i].mean(2), bank[i].cov(2, 2)});
-  }
-  DriftParameters out;
-  out.drift_per_sqrt_day = quantile(drifts, 0.5);
-  out.drift_low = quantile(drifts, 0.05);
-  out.drift_high = quantile(drifts, 0.95);
-  out.repeatability = quantile(repeats, 0.5);
-  out.per_kelvin = kelvin.mean();
-  out.per_kelvin_sigma = std::sqrt(kelvin.variance());
-  out.warm_up = warm.mean();
-  out.warm_up_sigma = std::sqrt(warm.variance());
-  return out;
 }
 
 }  // namespace panelcal

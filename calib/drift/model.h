@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "calib/base/expected.h"
-#include "calib/base/units.h"
 #include "calib/charts/normal_mixture.h"
 #include "calib/drift/series.h"
 #include <Eigen/Core>
@@ -23,7 +22,6 @@ struct DriftPriors {
   double repeatability = 0.0007;  ///< median, of a night beyond what its covariance says
   double repeatability_factor = 3;
   double per_kelvin = 0.001;  ///< standard deviation of the change with temperature, mean zero
-  double warm_up = 0.010;     ///< standard deviation of what a cold machine is off, mean zero
 };
 
 /// Model of a series.
@@ -33,8 +31,7 @@ struct DriftOptions {
   /// Standard deviation of a temperature that was not noted; counts as two nights on top of those
   /// that were. If none ever is, what temperature does is part of drift and repeatability.
   double unknown_kelvin = 3;
-  Time warm_up = seconds(1800);  ///< time constant of the warm-up curve (calib/drift/warm_up.h)
-  int min_nights = 14;           ///< with fewer there is no judgement, only learning
+  int min_nights = 14;  ///< with fewer there is no judgement, only learning
 
   /// Fails  calibration-invalid: the message names field, value and bound
   Expected<void> validate() const;
@@ -49,25 +46,14 @@ struct DriftPrediction {
   Eigen::MatrixXd cov() const;
 };
 
-/// The estimate of the nights for an axis, one standard deviation each; in the series' unit.
-struct DriftParameters {
-  double drift_per_sqrt_day = 0;  ///< median
-  double drift_low = 0;           ///< 5 %
-  double drift_high = 0;          ///< 95 %
-  double repeatability = 0;       ///< median
-  double per_kelvin = 0;
-  double per_kelvin_sigma = 0;
-  double warm_up = 0;  ///< error of a cold machine
-  double warm_up_sigma = 0;
-};
-
 /// Learns night by night how a calibrated value moves, and predicts it with honest uncertainty.
 ///
-///   value_t = level_t + b (T_t - T0) + a exp(-on_t / warm_up) + e_t,   e_t ~ N(0, cov_t + rep^2)
+///   value_t = level_t + b (T_t - T0) + e_t,   e_t ~ N(0, cov_t + rep^2)
 ///   level_t = level_t-1 + w_t,   w_t ~ N(0, drift^2 days)
 ///
-/// A local level model with regression (Durbin and Koopman 2012, 2.1 and 6.2). Level, b and a are
-/// the state of a Kalman filter. drift and rep are not set to their likeliest values, which a short
+/// A local level model with regression (Durbin and Koopman 2012, 2.1 and 6.2). Level and b are the
+/// state of a Kalman filter. A night calibrates a warm machine, so that warming up is no part of
+/// it. drift and rep are not set to their likeliest values, which a short
 /// history knows badly, but averaged over: a filter each for a grid of them, weighted by prior and
 /// likelihood (Magill 1965). What is predicted has the wide tails that go with that, and so false
 /// alarms keep their rate from the first judged night on.
@@ -89,10 +75,9 @@ class DriftModel {
   /// Precondition: point.cov has the model's size
   DriftPrediction predict(const DriftPoint& point) const;
   /// The true value then. Without a temperature it is that at the mean of those noted, give or take
-  /// their scatter; without a time since the start that of a warm machine.
+  /// their scatter.
   DriftPrediction forecast(std::chrono::sys_seconds time,
-                           std::optional<double> temperature_c,
-                           std::optional<Time> since_start) const;
+                           std::optional<double> temperature_c) const;
 
   /// Learns a night. Points left out may hold anything.
   ///
@@ -106,29 +91,25 @@ class DriftModel {
   const std::optional<std::chrono::sys_seconds>& last() const { return last_; }
   bool has_enough() const { return n_nights_ >= options_.min_nights; }
   const DriftOptions& options() const { return options_; }
-  /// Precondition: 0 <= i_axis < n_axes()
-  DriftParameters parameters(int i_axis) const;
 
  private:
-  /// One filter: of level, per kelvin, warm-up.
+  /// One filter: of level, per kelvin.
   struct Filter {
     double drift = 0;
     double repeatability = 0;
     double log_weight = 0;
-    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    Eigen::Matrix3d cov = Eigen::Matrix3d::Zero();
+    Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+    Eigen::Matrix2d cov = Eigen::Matrix2d::Zero();
   };
   using Bank = std::vector<Filter>;
   struct Look {
-    Eigen::Vector3d row;  ///< of the state, in the value
+    Eigen::Vector2d row;  ///< of the state, in the value
     double unknown = 0;   ///< kelvin that the temperature is uncertain by
     double days = 0;      ///< since the last night
   };
 
   DriftModel(int n_axes, const DriftOptions& options);
-  Look look(std::chrono::sys_seconds time,
-            const std::optional<double>& temperature_c,
-            const std::optional<Time>& since_start) const;
+  Look look(std::chrono::sys_seconds time, const std::optional<double>& temperature_c) const;
   Expected<void> check(const DriftPoint& point) const;
   void start_anew(const DriftPoint& point, const Look& look);
   NormalMixture mixture(const Bank& bank, const Look& look, const double* measured_variance) const;

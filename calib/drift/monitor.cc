@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "calib/base/clock.h"
 #include "calib/base/statistics/linear_algebra.h"
 #include "calib/charts/run_length.h"
 #include "calib/drift/amount.h"
@@ -38,6 +39,10 @@ Eigen::VectorXd independent_scores(const DriftPrediction& prediction,
   correlation.diagonal().setOnes();
   const internal::Cholesky root(correlation);
   return root.is_definite() ? root.whiten(scores) : scores;
+}
+
+bool WatchedNight::is_step() const {
+  return std::ranges::find(alarms, DriftChart::Night, &DriftAlarm::chart) != alarms.end();
 }
 
 Expected<void> WatchOptions::validate() const {
@@ -84,16 +89,28 @@ void DriftMonitor::restart_charts() {
   for (CusumChart& sum : sums_) sum.restart();
 }
 
-void DriftMonitor::compare_with_anchor(WatchedNight& night) {
-  const Eigen::VectorXd here = model_.forecast(night.time, std::nullopt, std::nullopt).mean();
-  if (anchor_ && moved_ && night.is_judged && (here - *anchor_).norm() > *moved_) {
-    night.alarms.push_back({DriftChart::Moved, (here - *anchor_).norm(), *moved_, std::nullopt});
-    anchor_.reset();
+/// In     n_changed: the nights since the change that the charts alarm about; 0 if they do not
+void DriftMonitor::compare_levels(WatchedNight& night, int n_changed) {
+  levels_.push_back({night.time, model_.forecast(night.time, std::nullopt).mean()});
+  const std::size_t i_here = levels_.size() - 1;
+  const Eigen::VectorXd& here = levels_.back().value;
+  if (i_anchor_ && moved_ && night.is_judged) {
+    const double distance = (here - levels_[*i_anchor_].value).norm();
+    if (distance > *moved_) {
+      night.alarms.push_back({DriftChart::Moved, distance, *moved_, std::nullopt});
+      if (n_changed == 0) n_changed = static_cast<int>(i_here - *i_anchor_);
+      i_anchor_.reset();
+    }
   }
-  if (!anchor_ && model_.has_enough()) anchor_ = here;
+  if (!i_anchor_ && model_.has_enough()) i_anchor_ = i_here;
+  if (n_changed == 0) return;
+  const std::size_t i_before = i_here - static_cast<std::size_t>(n_changed);
+  night.since = levels_[i_before + 1].time;
+  night.moved = here - levels_[i_before].value;
 }
 
-void DriftMonitor::judge(WatchedNight& night) {
+/// Out    the nights since the change that the charts alarm about; 0 if they do not
+int DriftMonitor::judge(WatchedNight& night) {
   const double distance = night.scores.norm();
   if (!(distance <= night_limit_)) {
     night.alarms.push_back({DriftChart::Night, distance, night_limit_, std::nullopt});
@@ -106,7 +123,11 @@ void DriftMonitor::judge(WatchedNight& night) {
     if (!sums_[i].add(night.scores(static_cast<Eigen::Index>(i)))) continue;
     night.alarms.push_back({DriftChart::Sum, sums_[i].statistic(), sums_[i].limit(), i});
   }
-  if (!night.alarms.empty()) restart_charts();
+  if (night.alarms.empty()) return 0;
+  const auto largest = std::ranges::max_element(sums_, {}, &CusumChart::statistic);
+  const int n_changed = night.is_step() ? 1 : std::max(1, largest->n_nights());
+  restart_charts();
+  return n_changed;
 }
 
 Expected<WatchedNight> DriftMonitor::add(const DriftPoint& point) {
@@ -122,33 +143,41 @@ Expected<WatchedNight> DriftMonitor::add(const DriftPoint& point) {
   night.is_judged = before.has_enough() && !point.is_fresh_start;
   if (point.is_fresh_start) {
     restart_charts();
-    anchor_.reset();
+    i_anchor_.reset();
   }
-  if (night.is_judged) judge(night);
-  if (std::ranges::any_of(night.alarms,
-                          [](const DriftAlarm& a) { return a.chart == DriftChart::Night; })) {
+  const int n_changed = night.is_judged ? judge(night) : 0;
+  if (night.is_step()) {
     // A step says nothing about how the machine drifts.
     model_ = std::move(before);
     DriftPoint fresh = point;
     fresh.is_fresh_start = true;
     PANELCAL_CHECK(model_.add(fresh));
-    anchor_.reset();
+    i_anchor_.reset();
   }
-  compare_with_anchor(night);
+  compare_levels(night, n_changed);
   return night;
 }
 
-Expected<std::vector<WatchedNight>> watch_drift(const DriftSeries& series,
-                                                const DriftOptions& options,
-                                                const WatchOptions& watch) {
-  PANELCAL_TRY(DriftMonitor monitor,
-               DriftMonitor::make(static_cast<int>(series.names.size()), options, watch));
-  std::vector<WatchedNight> nights;
-  for (const DriftPoint& point : series.points) {
-    PANELCAL_TRY(WatchedNight night, monitor.add(point));
-    nights.push_back(std::move(night));
+std::string words_of(const WatchedNight& night,
+                     const std::vector<std::string>& names,
+                     const std::string& unit) {
+  constexpr double kShown = 1.0 / 3;
+  const auto day_of = [](std::chrono::sys_seconds time) {
+    constexpr std::size_t kLength = 10;  // 2026-11-21
+    return iso_8601(time).substr(0, kLength);
+  };
+  std::string out;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const double moved = night.moved(static_cast<Eigen::Index>(i));
+    if (std::abs(moved) < kShown * night.moved.lpNorm<Eigen::Infinity>()) continue;
+    const std::string_view verb = out.empty() ? " moved by " : " by ";
+    out += (out.empty() ? "" : ", ") + names[i] + std::string(verb) + signed_amount(moved, unit);
   }
-  return nights;
+  if (night.is_step()) return out + " in the night of " + day_of(night.time);
+  return fmt::format("{} since about the night of {}, as the alarm in the night of {} says",
+                     out,
+                     day_of(night.since),
+                     day_of(night.time));
 }
 
 std::string words_of(const DriftAlarm& alarm,

@@ -40,6 +40,13 @@ struct WatchedNight {
   Eigen::MatrixXd expected_cov;  ///< of what would be found, the night's own error included
   Eigen::VectorXd scores;        ///< independent and standard normal while nothing happens
   std::vector<DriftAlarm> alarms;
+  /// Likely first night of the change that `alarms` are about: this one of a step, else the first
+  /// of those for which the largest sum has been above zero. Without alarms it has no meaning.
+  std::chrono::sys_seconds since{};
+  Eigen::VectorXd moved;  ///< from before that night until now, without what temperature does
+
+  /// The night by itself is out: the level after it is new.
+  bool is_step() const;
 };
 
 /// Rate of false alarms, and the changes that the monitor looks for.
@@ -63,7 +70,7 @@ Eigen::VectorXd independent_scores(const DriftPrediction& prediction, const Eige
 /// nights.
 ///
 /// Each night is held against what the nights before it predict (DriftModel), so what is usual for
-/// this machine, its drift, the temperature and the warm-up included, is no alarm. Half of the
+/// this machine, its drift and the temperature included, is no alarm. Half of the
 /// false alarms go to the chart of single nights, a quarter to the average's and a quarter to the
 /// sums'. Rates are added, so the true one is rather below.
 ///
@@ -93,24 +100,31 @@ class DriftMonitor {
 
  private:
   DriftMonitor(DriftModel model, int n_axes, const WatchOptions& watch);
-  void judge(WatchedNight& night);
+  /// The model's value after a night.
+  struct Level {
+    std::chrono::sys_seconds time{};
+    Eigen::VectorXd value;
+  };
+  int judge(WatchedNight& night);
   void restart_charts();
-  void compare_with_anchor(WatchedNight& night);
+  void compare_levels(WatchedNight& night, int n_changed);
 
   DriftModel model_;
   std::optional<double> moved_;
-  std::optional<Eigen::VectorXd> anchor_;  ///< value that Moved is measured from
+  std::vector<Level> levels_;
+  std::optional<std::size_t> i_anchor_;  ///< the level that Moved is measured from
   double night_limit_;
   EwmaChart average_;
   std::vector<CusumChart> sums_;
 };
 
-/// Replays a series.
+/// "x moved by +6.2 um, y by -3.1 um since about the night of 2026-11-03, as the alarm in the night
+/// of 2026-11-12 says": axes that moved by a third or more of what the farthest did.
 ///
-/// Fails  as DriftMonitor
-Expected<std::vector<WatchedNight>> watch_drift(const DriftSeries& series,
-                                                const DriftOptions& options,
-                                                const WatchOptions& watch);
+/// Precondition: night.alarms is not empty
+std::string words_of(const WatchedNight& night,
+                     const std::vector<std::string>& names,
+                     const std::string& unit);
 
 /// "a step: tonight is 7.2 sigma from what the nights before predicted, limit 3.9".
 ///

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "calib/base/units.h"
 #include <Eigen/Core>
 
 namespace panelcal {
@@ -17,9 +16,6 @@ struct DriftPoint {
   Eigen::VectorXd value;                ///< one number an axis, in the series' unit
   Eigen::MatrixXd cov;                  ///< of value, as the calibration states it
   std::optional<double> temperature_c;  ///< of the machine
-  /// Time since the machine was started. Absent where every calibration comes after the same
-  /// warm-up, as in a night: what that leaves is then part of the value.
-  std::optional<Time> since_start;
   /// Something was changed knowingly since the night before (a camera mounted anew, a person who
   /// accepted what had moved): where the value was says nothing about where it is.
   bool is_fresh_start = false;

@@ -34,7 +34,7 @@ struct WarmUp {
 /// In     samples: 6 times or more of one warm-up, any order
 /// Out    empty: `reason` says why: too few or broken samples, samples that scatter more than they
 ///        say, or that end before the machine is warm to the limit
-/// See    tests/calib/drift/warm_up_test.cc; DriftOptions::warm_up
+/// See    tests/calib/drift/warm_up_test.cc
 std::optional<WarmUp> fit_warm_up(std::span<const WarmUpSample> samples,
                                   double limit,
                                   std::string* reason);

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "calib/drift/change_point.h"
 #include "calib/drift/forecast.h"
 #include "calib/drift/monitor.h"
 #include <fmt/format.h>
@@ -14,9 +13,6 @@ namespace panelcal {
 namespace {
 
 constexpr std::size_t kPlotted = 60;
-/// Of a change that is told: the search costs the square of the nights.
-constexpr std::size_t kSearched = 60;
-constexpr double kOutlookProbability = 0.95;
 
 std::vector<double> list(const Eigen::VectorXd& v) {
   return {v.data(), v.data() + v.size()};
@@ -76,28 +72,18 @@ void fill_expected(const DriftModel& before, const DriftPoint& tonight, NightSte
   }
 }
 
-Expected<void> fill_since_when(const DriftSeries& series,
-                               const NightlyConfig& config,
-                               NightStep& step) {
-  DriftSeries searched = {series.names, series.unit, {}};
-  for (const DriftPoint& point : series.points) {
-    if (!point.is_left_out) searched.points.push_back(point);
+/// The last alarm, back to a fresh start and as far as nights are plotted.
+void fill_since_when(const DriftSeries& series,
+                     const std::vector<WatchedNight>& watched,
+                     NightStep& step) {
+  const std::size_t n_told = std::min(watched.size(), kPlotted);
+  for (std::size_t i = watched.size(); i > watched.size() - n_told; --i) {
+    if (!watched[i - 1].alarms.empty()) {
+      step.since_when = words_of(watched[i - 1], series.names, series.unit);
+      return;
+    }
+    if (series.points[i - 1].is_fresh_start) return;
   }
-  if (searched.points.size() > kSearched) {
-    searched.points.erase(searched.points.begin(),
-                          searched.points.end() - static_cast<std::ptrdiff_t>(kSearched));
-  }
-  const auto fresh = std::find_if(searched.points.rbegin(),
-                                  searched.points.rend(),
-                                  [](const DriftPoint& p) { return p.is_fresh_start; });
-  const auto n_since = static_cast<int>(fresh - searched.points.rbegin());
-  if (n_since + 1 < config.drift.min_nights) return {};
-  const Expected<ChangeFound> change = find_change(searched, config.drift);
-  // Too few nights are no failure of the night.
-  if (!change || change->kind == ChangeKind::None || change->probability < kOutlookProbability)
-    return {};
-  step.since_when = words_of(*change, searched);
-  return {};
 }
 
 Expected<void> fill_forecast(const DriftModel& model,
@@ -126,9 +112,7 @@ Expected<DriftSeries> series_as_learned(const NightHistory& history, const Night
   PANELCAL_TRY(DriftMonitor monitor, DriftMonitor::make(n_axes, config.drift, config.watch));
   for (DriftPoint& point : series.points) {
     PANELCAL_TRY(const WatchedNight night, monitor.add(point));
-    const bool is_step = std::ranges::any_of(
-        night.alarms, [](const DriftAlarm& a) { return a.chart == DriftChart::Night; });
-    point.is_fresh_start = point.is_fresh_start || is_step;
+    point.is_fresh_start = point.is_fresh_start || night.is_step();
   }
   return series;
 }
@@ -154,7 +138,7 @@ Expected<void> fill_outlook(const NightHistory& history,
     }
   }
   fill_series(history, series, watched, in_force, step);
-  PANELCAL_CHECK(fill_since_when(series, config, step));
+  fill_since_when(series, watched, step);
   if (history.ahead) {
     step.forecast_text = "no forecast: the clock is wrong, or was";
     return {};

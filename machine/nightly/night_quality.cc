@@ -97,7 +97,6 @@ DriftOptions level_options(const NightlyConfig& config) {
   options.priors.drift = 0.002;
   options.priors.repeatability = 0.005;
   options.priors.per_kelvin = 0.002;
-  options.priors.warm_up = 0.02;
   return options;
 }
 
@@ -131,10 +130,8 @@ void say_level(const WatchedNight& watched,
   if (watched.is_judged) quality.usual = std::exp(watched.expected(0));
   quality.is_alarm = !watched.alarms.empty();
   quality.text = level_text(level, quality, n_nights);
-  const bool is_step = std::ranges::any_of(
-      watched.alarms, [](const DriftAlarm& a) { return a.chart == DriftChart::Night; });
   const bool is_bad = quality.usual && (level.value < *quality.usual) == level.low_is_bad;
-  if (is_step) {
+  if (watched.is_step()) {
     const std::string words = fmt::format(
         "{} has jumped to the {} side: {}", level.name, is_bad ? "bad" : "good", quality.text);
     if (is_bad) out.gates.push_back({level.name, false, words});

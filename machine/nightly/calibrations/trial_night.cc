@@ -128,7 +128,6 @@ NightlyConfig TrialNight::held_to(const NightlyConfig& nightly) const {
   priors.drift = factor * usual.drift.priors.drift;
   priors.repeatability = factor * usual.drift.priors.repeatability;
   priors.per_kelvin = factor * usual.drift.priors.per_kelvin;
-  priors.warm_up = factor * usual.drift.priors.warm_up;
   out.watch.moved = factor * *usual.watch.moved;
   return out;
 }

@@ -111,8 +111,8 @@ struct NightStep {
   std::vector<std::string> alarms;        ///< of drift and of qualities, in words
   std::optional<DrillForecast> forecast;  ///< of what is in force after this step
   std::string forecast_text;              ///< "yes, until ...", or why there is no forecast
-  std::string since_when;                 ///< the change in the series and its time; or empty
-  std::vector<NightPlotPoint> series;     ///< the last 60 nights, tonight included
+  std::string since_when;  ///< of the last alarm: what moved, since which night; or empty
+  std::vector<NightPlotPoint> series;  ///< the last 60 nights, tonight included
   std::vector<NightHole> holes;
   std::optional<StoredMap> surface;       ///< the probed surface
   std::vector<std::string> fit_report;    ///< lines

@@ -35,6 +35,17 @@ TEST(Charts, SumsCountWhatIsAboveTheAllowance) {
   EXPECT_EQ(chart.statistic(), 0);
 }
 
+TEST(Charts, SumsKnowForHowManyNightsTheyHaveGrown) {
+  CusumChart chart(Shift::Both, 0.25, kNights);
+  EXPECT_EQ(chart.n_nights(), 0);
+  for (const double u : {1.0, -2.0, 0.5, 3.0, -0.5, 1.0}) chart.add(u);
+  // The second night brought the sum to nought, and the fifth did not.
+  EXPECT_EQ(chart.n_nights(), 4);
+  chart.restart();
+  chart.add(-1);
+  EXPECT_EQ(chart.n_nights(), 1);
+}
+
 TEST(Charts, LookOnlyUpIfAskedTo) {
   CusumChart chart(Shift::Up, 0.25, kNights);
   for (int night = 0; night < 100; ++night) EXPECT_FALSE(chart.add(-3));

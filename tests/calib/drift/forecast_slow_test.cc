@@ -30,7 +30,7 @@ TEST(DriftForecastSlow, KeepsItsWord) {
     Random random = Random(6).fork(static_cast<std::uint64_t>(i));
     SimulatedNights nights({.temperature_sigma = 0}, random);
     const DriftModel model = learned(30, nights);
-    const Eigen::VectorXd in_force = model.forecast(*model.last(), 21.0, std::nullopt).mean();
+    const Eigen::VectorXd in_force = model.forecast(*model.last(), 21.0).mean();
     const DrillForecast told = *may_drill(model, in_force, *model.last(), limits);
     if (told.answer != DrillAnswer::Until) continue;
     ++n_asked;

@@ -22,12 +22,12 @@ TEST(DriftForecast, SaysUntilWhenToTheMinute) {
   SimulatedNights nights({}, Random(1));
   const DriftModel model = learned(60, nights);
   const ForecastLimits limits = {.tolerance = 0.007, .probability = 0.01, .temperature_c = 21.0};
-  const Eigen::VectorXd in_force = model.forecast(*model.last(), 21.0, std::nullopt).mean();
+  const Eigen::VectorXd in_force = model.forecast(*model.last(), 21.0).mean();
   const DrillForecast told = *may_drill(model, in_force, *model.last(), limits);
   ASSERT_EQ(told.answer, DrillAnswer::Until);
   EXPECT_GT(told.until, *model.last());
   const auto chance = [&](std::chrono::sys_seconds t) {
-    return chance_beyond(model.forecast(t, 21.0, std::nullopt), in_force, limits.tolerance);
+    return chance_beyond(model.forecast(t, 21.0), in_force, limits.tolerance);
   };
   EXPECT_LE(chance(told.until), limits.probability);
   EXPECT_GT(chance(told.until + std::chrono::minutes(1)), limits.probability);

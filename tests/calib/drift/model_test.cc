@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/drift/model.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -57,31 +58,22 @@ TEST(DriftModel, FiltersAsLeastSquaresDoes) {
   const double leverage = 1 - with_last.dot(inverse * ones);
   const double variance = 0.16 * 4 - with_last.dot(inverse * with_last) +
                           leverage * leverage / ones.dot(inverse * ones);
-  const DriftPrediction seen = model.forecast(*model.last(), 20.0, std::nullopt);
+  const DriftPrediction seen = model.forecast(*model.last(), 20.0);
   // A grid of one step either way is symmetric, and its weights hardly move.
   EXPECT_NEAR(seen.axes[0].mean(), last, 0.02);
   EXPECT_NEAR(std::sqrt(seen.axes[0].variance()), std::sqrt(variance), 0.03);
 }
 
-TEST(DriftModel, FindsTemperatureAndWarmUp) {
+TEST(DriftModel, FindsWhatTemperatureDoes) {
   SimulatedNights nights({.x_per_kelvin = 0.0015, .temperature_sigma = 2}, Random(5));
   DriftModel model = *DriftModel::make(2, {});
-  Random random(6);
-  constexpr double kCold_mm = 0.008;
-  for (int night = 0; night < 120; ++night) {
-    DriftPoint p = nights.next();
-    p.since_start = seconds(3600 * random.uniform());
-    p.value.y() += kCold_mm * std::exp(-p.since_start->in_s() / 1800);
-    ASSERT_TRUE(model.add(p));
-  }
-  const DriftParameters x = model.parameters(0);
-  const DriftParameters y = model.parameters(1);
-  EXPECT_NEAR(x.per_kelvin, 0.0015, 4 * x.per_kelvin_sigma);
-  EXPECT_LT(x.per_kelvin_sigma, 0.0002);
-  EXPECT_NEAR(y.per_kelvin, 0, 4 * y.per_kelvin_sigma);
-  EXPECT_NEAR(y.warm_up, kCold_mm, 4 * y.warm_up_sigma);
-  EXPECT_NEAR(x.warm_up, 0, 4 * x.warm_up_sigma);
-  EXPECT_LT(y.warm_up_sigma, 0.002);
+  for (int night = 0; night < 120; ++night) ASSERT_TRUE(model.add(nights.next()));
+  const Eigen::Vector2d of_ten_kelvin =
+      model.forecast(*model.last(), 30).mean() - model.forecast(*model.last(), 20).mean();
+  // A night's 1.3 um in all, over 2 K and the root of 120 nights, is 0.06 um a kelvin: four of it.
+  constexpr double kFourSigmas_mm = 0.0024;
+  EXPECT_NEAR(of_ten_kelvin.x(), 0.015, kFourSigmas_mm);
+  EXPECT_NEAR(of_ten_kelvin.y(), 0, kFourSigmas_mm);
 }
 
 TEST(DriftModel, ForetellsAsWellAsItSays) {
@@ -94,7 +86,7 @@ TEST(DriftModel, ForetellsAsWellAsItSays) {
     for (int night = 0; night < kNights; ++night) ASSERT_TRUE(model.add(nights.next()));
     DriftPoint ahead;
     for (int night = 0; night < 5; ++night) ahead = nights.next();
-    const DriftPrediction told = model.forecast(ahead.time, ahead.temperature_c, std::nullopt);
+    const DriftPrediction told = model.forecast(ahead.time, ahead.temperature_c);
     const Eigen::Vector2d error = nights.truth() - told.mean();
     chi_square += error.dot(told.cov().inverse() * error);
   }
@@ -106,15 +98,26 @@ TEST(DriftModel, AFreshStartForgetsTheLevelAndKeepsTheRest) {
   SimulatedNights nights({}, Random(8));
   DriftModel model = *DriftModel::make(2, {});
   for (int night = 0; night < 60; ++night) ASSERT_TRUE(model.add(nights.next()));
-  const DriftParameters before = model.parameters(0);
+  // In ten days the variance grows by ten times that of a day, in ten kelvin the value by ten times
+  // that of one.
+  const auto growth = [&] {
+    const auto later = *model.last() + std::chrono::days(10);
+    return model.forecast(later, 20).axes[0].variance() -
+           model.forecast(*model.last(), 20).axes[0].variance();
+  };
+  const auto of_ten_kelvin = [&] {
+    return model.forecast(*model.last(), 30).mean()(0) -
+           model.forecast(*model.last(), 20).mean()(0);
+  };
+  const double growth_before = growth();
+  const double of_ten_kelvin_before = of_ten_kelvin();
   DriftPoint moved = nights.next(Eigen::Vector2d(3, -2));
   moved.is_fresh_start = true;
   ASSERT_TRUE(model.add(moved));
-  const DriftParameters after = model.parameters(0);
-  EXPECT_EQ(after.drift_per_sqrt_day, before.drift_per_sqrt_day);
-  EXPECT_EQ(after.repeatability, before.repeatability);
-  EXPECT_NEAR(after.per_kelvin, before.per_kelvin, 1e-6);
-  const DriftPrediction told = model.forecast(moved.time, moved.temperature_c, std::nullopt);
+  // The first night of a level weighs the filters a little.
+  EXPECT_NEAR(growth() / growth_before, 1, 0.2);
+  EXPECT_NEAR(of_ten_kelvin(), of_ten_kelvin_before, 1e-5);
+  const DriftPrediction told = model.forecast(moved.time, moved.temperature_c);
   EXPECT_NEAR(told.mean().x(), nights.truth().x(), 0.006);
   // As unsure as one night: stated and repeatability together are 1.2 um.
   EXPECT_NEAR(std::sqrt(told.cov()(0, 0)), 0.0012, 0.0005);
@@ -127,7 +130,7 @@ TEST(DriftModel, LearnsNothingFromWhatWasLeftOut) {
   refused.is_left_out = true;
   ASSERT_TRUE(model.add(refused));
   EXPECT_EQ(model.n_nights(), 1);
-  EXPECT_NEAR(model.forecast(refused.time, 20.0, std::nullopt).mean()(0), 5, 1e-6);
+  EXPECT_NEAR(model.forecast(refused.time, 20.0).mean()(0), 5, 1e-6);
 }
 
 TEST(DriftModel, RefusesWhatIsNoNight) {
@@ -144,14 +147,24 @@ TEST(DriftModel, RefusesWhatIsNoNight) {
   p = point(4, 5, 0.001);
   p.temperature_c = std::numeric_limits<double>::infinity();
   EXPECT_FALSE(model.add(p));
-  p = point(4, 5, 0.001);
-  p.since_start = seconds(-1);
-  EXPECT_FALSE(model.add(p));
   EXPECT_EQ(model.n_nights(), 1);
   EXPECT_FALSE(DriftModel::make(0, {}));
   DriftOptions options;
   options.priors.drift = 0;
   EXPECT_FALSE(DriftModel::make(1, options));
+}
+
+TEST(DriftModel, RefusesCorrelationsThatDoNotFitTogether) {
+  DriftModel model = *DriftModel::make(3, {});
+  DriftPoint p = point(1, 5, 0.001);
+  p.value = Eigen::Vector3d(5, 5, 5);
+  // Each pair may be correlated by -0.6, but not all three at once: the sum's variance is below 0.
+  p.cov = Eigen::Matrix3d::Constant(-0.6);
+  p.cov.diagonal().setOnes();
+  EXPECT_FALSE(model.add(p));
+  p.cov = Eigen::Matrix3d::Constant(0.6);
+  p.cov.diagonal().setOnes();
+  EXPECT_TRUE(model.add(p));
 }
 
 TEST(DriftModel, TakesExactValuesAndLongGaps) {
@@ -189,25 +202,74 @@ TEST(DriftMonitor, JudgesByTheNewLevelAfterAStep) {
 
 TEST(DriftMonitor, SaysHowFarItHasMovedHoweverSlowly) {
   SimulatedNights nights({.drift = 0.0001, .x_per_kelvin = 0}, Random(11));
-  DriftSeries series = {{"x", "y"}, "mm", {}};
-  for (int night = 0; night < 200; ++night) {
-    series.points.push_back(nights.next(Eigen::Vector2d(0, 0.00005 * night)));
-  }
-  const std::vector<WatchedNight> seen = *watch_drift(series, {}, {});
-  ASSERT_EQ(seen.size(), series.points.size());
+  const std::vector<std::string> names = {"x", "y"};
+  DriftMonitor monitor = *DriftMonitor::make(2, {}, {});
   double said_mm = 0;
-  for (std::size_t night = 0; night < seen.size() && said_mm == 0; ++night) {
-    for (const DriftAlarm& alarm : seen[night].alarms) {
+  for (int night = 0; night < 200 && said_mm == 0; ++night) {
+    const double moved_mm = 0.00005 * night;
+    const WatchedNight seen = *monitor.add(nights.next(Eigen::Vector2d(0, moved_mm)));
+    for (const DriftAlarm& alarm : seen.alarms) {
       if (alarm.chart != DriftChart::Moved) continue;
-      said_mm = 0.00005 * static_cast<double>(night);
-      EXPECT_EQ(words_of(alarm, series.names, series.unit).substr(0, 18), "it has moved by 6.");
+      said_mm = moved_mm;
+      EXPECT_EQ(words_of(alarm, names, "mm").substr(0, 18), "it has moved by 6.");
     }
   }
   // 6 um after the first judged night, give or take three sigmas of the random walk of so many
   // nights.
   EXPECT_NEAR(said_mm, 0.0067, 0.0035);
-  EXPECT_EQ(words_of(DriftAlarm{DriftChart::Sum, 12.3, 12.1, 1}, series.names, "mm").substr(0, 19),
+  EXPECT_EQ(words_of(DriftAlarm{DriftChart::Sum, 12.3, 12.1, 1}, names, "mm").substr(0, 19),
             "a slow drift of y: ");
+}
+
+TEST(DriftMonitor, DatesAStepByItsNight) {
+  SimulatedNights nights({}, Random(12));
+  DriftMonitor monitor = *DriftMonitor::make(2, {}, {});
+  for (int night = 0; night < 40; ++night) ASSERT_TRUE(monitor.add(nights.next())->alarms.empty());
+  const DriftPoint point = nights.next(Eigen::Vector2d(0.030, 0));
+  const WatchedNight step = *monitor.add(point);
+  ASSERT_TRUE(step.is_step());
+  EXPECT_EQ(step.since, point.time);
+  // The new level is one night's, good to 1.2 um.
+  EXPECT_NEAR(step.moved(0), 0.030, 0.005);
+  EXPECT_NEAR(step.moved(1), 0, 0.005);
+}
+
+TEST(DriftMonitor, DatesASlowDriftByItsSums) {
+  constexpr int kRuns = 12;
+  constexpr int kOnset = 60;
+  std::vector<double> errors;
+  for (std::uint64_t seed = 0; seed < kRuns; ++seed) {
+    SimulatedNights nights({.drift = 0.0001, .x_per_kelvin = 0}, Random(100 + seed));
+    DriftMonitor monitor = *DriftMonitor::make(2, {}, {.moved = std::nullopt});
+    std::chrono::sys_seconds onset;
+    for (int night = 0; night < 2 * kOnset; ++night) {
+      const double moved_mm = 0.0005 * std::max(0, night - kOnset + 1);
+      const WatchedNight seen = *monitor.add(nights.next(Eigen::Vector2d(0, moved_mm)));
+      if (night == kOnset) onset = seen.time;
+      if (night < kOnset || seen.alarms.empty()) continue;
+      errors.push_back(std::abs(static_cast<double>((seen.since - onset).count())) / 86400);
+      EXPECT_GT(seen.moved(1), 0);
+      break;
+    }
+  }
+  ASSERT_GE(errors.size(), kRuns - 1U);
+  std::ranges::sort(errors);
+  // Simulated years (tests/bench/README.md): 5 nights at 0.3 um a day, 3 at 1 um.
+  EXPECT_LE(errors[errors.size() / 2], 8);
+}
+
+TEST(DriftMonitor, SaysWhatMovedSinceWhen) {
+  WatchedNight night;
+  night.time = std::chrono::sys_seconds(std::chrono::seconds(1'790'000'000));  // 2026-09-21
+  night.since = night.time - std::chrono::days(9);
+  night.moved = Eigen::Vector3d(0.0062, -0.0031, 0.0004);
+  night.alarms.push_back({DriftChart::Sum, 12.3, 12.1, 1});
+  EXPECT_EQ(words_of(night, {"x", "y", "z"}, "mm"),
+            "x moved by +6.2 um, y by -3.1 um since about the night of 2026-09-12, as the alarm in "
+            "the night of 2026-09-21 says");
+  night.alarms.front().chart = DriftChart::Night;
+  EXPECT_EQ(words_of(night, {"x", "y", "z"}, "mm"),
+            "x moved by +6.2 um, y by -3.1 um in the night of 2026-09-21");
 }
 
 }  // namespace

@@ -260,6 +260,25 @@ TEST_F(NightlyTest, ACallerMayHoldTheLockFromBefore) {
   EXPECT_THAT(record->notes, Contains("what was before"));
 }
 
+TEST_F(NightlyTest, NamesTheLastAlarmUntilAFreshStart) {
+  learn(kEnough);
+  const auto told = [](const NightRecord& record) { return record.steps.at(0).since_when; };
+  NightRecord record;
+  for (int night = 0; night < 30 && told(record = run()).empty(); ++night) {
+    EXPECT_EQ(exit_code(record), 0) << record.verdict;
+    calibration_.machine.offset.x() -= 0.0008;
+    next_night();
+  }
+  EXPECT_THAT(told(record), HasSubstr("x moved by -"));
+  EXPECT_THAT(told(record), HasSubstr(record.night));
+  const std::string said = told(record);
+  next_night();
+  EXPECT_EQ(told(run()), said);
+  next_night();
+  fresh_start();
+  EXPECT_EQ(told(run()), "");
+}
+
 TEST_F(NightlyTest, WhatIsStillTheSameHasNotChangedSinceLastWeek) {
   learn(1);
   now_ += std::chrono::days(8);
