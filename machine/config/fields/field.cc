@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace panelcal::internal {
 
@@ -51,6 +52,35 @@ std::string Field::takes() const {
       return "a date and a time without a zone, such as 2026-11-21T08:00:00, no quotes";
   }
   return {};
+}
+
+std::string TableDescription::initial_text(const Field& field) const {
+  FieldValue value;
+  if (initial == nullptr || !initial(field, value)) return {};
+  // As written: all units are proportional to those that are stored.
+  const auto written = [&](double stored) {
+    return fmt::format("{:.6g}", stored / field.unit.stored(1) + 0.0);
+  };
+  switch (field.kind) {
+    case FieldKind::Truth:
+      return value.truth ? "true" : "false";
+    case FieldKind::Whole:
+      return fmt::format("{}", value.whole);
+    case FieldKind::Number:
+    case FieldKind::Limit:
+      return written(value.number);
+    case FieldKind::Pair:
+    case FieldKind::Numbers: {
+      std::vector<std::string> all;
+      for (const double one : value.numbers) all.push_back(written(one));
+      return fmt::format("[{}]", fmt::join(all, ", "));
+    }
+    case FieldKind::Text:
+    case FieldKind::File:
+      return fmt::format("\"{}\"", value.text);
+    default:
+      return {};
+  }
 }
 
 std::string TableDescription::heading() const {

@@ -59,7 +59,8 @@ enum class FieldKind : std::uint8_t {
   WallTime,  ///< a date and a time without a zone
 };
 
-/// What a key holds: the member of its field's kind. Numbers are in the units that panelcal stores.
+/// The value of a key: the member of its field's kind. Numbers are in the units that panelcal
+/// stores.
 struct FieldValue {
   bool truth = false;
   bool is_off = false;  ///< of a Limit
@@ -83,9 +84,9 @@ struct Field {
   FieldKind kind = FieldKind::Text;
   Range range;                   ///< of numbers, as written
   WholeRange whole;              ///< of a whole number
-  std::string_view expected;     ///< of a Word or a Form; of a Text: what it must not lack
+  std::string_view expected;     ///< of a Word or a Form; of a Text: that it may not be empty
   std::string_view meaning;      ///< the manual's text
-  std::string_view absence;      ///< what holds without the key, where no initial value says it
+  std::string_view absence;      ///< that holds without the key, where no initial value says it
   std::string_view example;      ///< of a required key
   std::string_view alternative;  ///< a key that will do instead of a required one
   FieldUnit unit = {[](double written) { return written; }};
@@ -137,7 +138,7 @@ struct Field {
   }
 
   bool is_required() const { return !example.empty(); }
-  /// What the key takes, as messages have it: "a whole number from 1 to 12".
+  /// The values that the key takes, as messages have it: "a whole number from 1 to 12".
   std::string takes() const;
 
  private:
@@ -165,6 +166,9 @@ struct TableDescription {
   /// Value of a field in an object that no file has touched; false: none.
   bool (*initial)(const Field& field, FieldValue& value) = nullptr;
 
+  /// That value as TOML and JSON write it; empty if there is none.
+  std::string initial_text(const Field& field) const;
+
   /// "[nightly.settle]", "[[vision.tool]]".
   std::string heading() const;
   /// Of a table in a table: "nightly"; of others empty.
@@ -173,7 +177,7 @@ struct TableDescription {
   std::string_view key() const;
 };
 
-/// Where the address of kOwner<T> is, a value is a T's.
+/// The address of kOwner<T> stands for the type T.
 template <class T>
 inline constexpr char kOwner = 0;
 

@@ -16,188 +16,145 @@
 // key's end the unit, which has to be one of the type's.
 namespace panelcal::internal {
 
-/// One member type: the kind of its keys, and how a value gets in and out.
 template <class T>
-struct Slot;
-
-template <FieldKind the_kind>
-struct SlotOf {
-  static constexpr FieldKind kind = the_kind;
+struct SlotTraits {
+  using Dimension = void;  ///< of its values; void: a bare number, a text and so on
+  using Element = void;    ///< of an optional or a list
+  static constexpr bool is_optional = false;
+  static constexpr bool is_place = false;
 };
-
-template <>
-struct Slot<bool> : SlotOf<FieldKind::Truth> {
-  static void put(bool& slot, const FieldValue& value) { slot = value.truth; }
-  static bool get(bool slot, FieldValue& value) {
-    value.truth = slot;
-    return true;
-  }
-};
-
-template <class T>
-requires std::is_integral_v<T>
-struct Slot<T> : SlotOf<FieldKind::Whole> {
-  static void put(T& slot, const FieldValue& value) { slot = static_cast<T>(value.whole); }
-  static bool get(T slot, FieldValue& value) {
-    value.whole = static_cast<std::int64_t>(slot);
-    return true;
-  }
-};
-
-template <>
-struct Slot<double> : SlotOf<FieldKind::Number> {
-  static void put(double& slot, const FieldValue& value) { slot = value.number; }
-  static bool get(double slot, FieldValue& value) {
-    value.number = slot;
-    return true;
-  }
-};
-
 template <class D>
-struct Slot<Quantity<D>> : SlotOf<FieldKind::Number> {
-  static void put(Quantity<D>& slot, const FieldValue& value) {
-    slot = make_quantity<D>(value.number);
-  }
-  static bool get(Quantity<D> slot, FieldValue& value) {
-    value.number = slot / make_quantity<D>(1);
-    return true;
-  }
+struct SlotTraits<Quantity<D>> : SlotTraits<void> {
+  using Dimension = D;
 };
-
-template <>
-struct Slot<Eigen::Vector2d> : SlotOf<FieldKind::Pair> {
-  static void put(Eigen::Vector2d& slot, const FieldValue& value) {
-    slot = {value.numbers[0], value.numbers[1]};
-  }
-  static bool get(const Eigen::Vector2d& slot, FieldValue& value) {
-    value.numbers = {slot.x(), slot.y()};
-    return true;
-  }
-};
-
 template <class F>
-struct Slot<Position<F>> : SlotOf<FieldKind::Pair> {
-  static void put(Position<F>& slot, const FieldValue& value) {
-    slot = position_mm<F>(value.numbers[0], value.numbers[1]);
-  }
-  static bool get(const Position<F>& slot, FieldValue& value) {
-    return Slot<Eigen::Vector2d>::get(slot.in_mm(), value);
-  }
+struct SlotTraits<Position<F>> : SlotTraits<void> {
+  using Dimension = dimension::Length;
+  static constexpr bool is_place = true;
+  static Position<F> of(double x_mm, double y_mm) { return position_mm<F>(x_mm, y_mm); }
 };
-
 template <class F>
-struct Slot<Displacement<F>> : SlotOf<FieldKind::Pair> {
-  static void put(Displacement<F>& slot, const FieldValue& value) {
-    slot = displacement_mm<F>(value.numbers[0], value.numbers[1]);
-  }
-  static bool get(const Displacement<F>& slot, FieldValue& value) {
-    return Slot<Eigen::Vector2d>::get(slot.in_mm(), value);
-  }
+struct SlotTraits<Displacement<F>> : SlotTraits<void> {
+  using Dimension = dimension::Length;
+  static constexpr bool is_place = true;
+  static Displacement<F> of(double x_mm, double y_mm) { return displacement_mm<F>(x_mm, y_mm); }
 };
-
-template <>
-struct Slot<std::vector<double>> : SlotOf<FieldKind::Numbers> {
-  static void put(std::vector<double>& slot, const FieldValue& value) { slot = value.numbers; }
-  static bool get(const std::vector<double>& slot, FieldValue& value) {
-    value.numbers = slot;
-    return !slot.empty();
-  }
-};
-
-template <>
-struct Slot<std::vector<Length>> : SlotOf<FieldKind::Numbers> {
-  static void put(std::vector<Length>& slot, const FieldValue& value) {
-    slot.clear();
-    for (const double one_mm : value.numbers) slot.push_back(mm(one_mm));
-  }
-  static bool get(const std::vector<Length>& slot, FieldValue& value) {
-    for (const Length one : slot) value.numbers.push_back(one.in_mm());
-    return !slot.empty();
-  }
-};
-
-template <>
-struct Slot<std::string> : SlotOf<FieldKind::Text> {
-  static void put(std::string& slot, const FieldValue& value) { slot = value.text; }
-  static bool get(const std::string& slot, FieldValue& value) {
-    value.text = slot;
-    return !slot.empty();
-  }
-};
-
-template <>
-struct Slot<std::filesystem::path> : SlotOf<FieldKind::File> {
-  static void put(std::filesystem::path& slot, const FieldValue& value) {
-    slot = value.folder / value.text;
-  }
-  static bool get(const std::filesystem::path& slot, FieldValue& value) {
-    value.text = slot.string();
-    return !slot.empty();
-  }
-};
-
-template <>
-struct Slot<std::vector<std::string>> : SlotOf<FieldKind::Texts> {
-  static void put(std::vector<std::string>& slot, const FieldValue& value) { slot = value.texts; }
-  static bool get(const std::vector<std::string>& slot, FieldValue& value) {
-    value.texts = slot;
-    return !slot.empty();
-  }
-};
-
-template <>
-struct Slot<std::vector<std::filesystem::path>> : SlotOf<FieldKind::Texts> {
-  static void put(std::vector<std::filesystem::path>& slot, const FieldValue& value) {
-    slot.clear();
-    for (const std::string& name : value.texts) slot.push_back(value.folder / name);
-  }
-  static bool get(const std::vector<std::filesystem::path>& slot, FieldValue& value) {
-    for (const std::filesystem::path& one : slot) value.texts.push_back(one.string());
-    return !slot.empty();
-  }
-};
-
-template <>
-struct Slot<std::chrono::sys_seconds> : SlotOf<FieldKind::WallTime> {
-  static void put(std::chrono::sys_seconds& slot, const FieldValue& value) { slot = value.time; }
-  static bool get(std::chrono::sys_seconds slot, FieldValue& value) {
-    value.time = slot;
-    return slot != std::chrono::sys_seconds();
-  }
-};
-
 template <class T>
-struct Slot<std::optional<T>> : SlotOf<Slot<T>::kind> {
-  static void put(std::optional<T>& slot, const FieldValue& value) {
+struct SlotTraits<std::optional<T>> : SlotTraits<void> {
+  using Dimension = typename SlotTraits<T>::Dimension;
+  using Element = T;
+  static constexpr bool is_optional = true;
+};
+template <class T>
+struct SlotTraits<std::vector<T>> : SlotTraits<void> {
+  using Dimension = typename SlotTraits<T>::Dimension;
+  using Element = T;
+};
+
+/// The values that a member of this type takes.
+template <class T>
+constexpr FieldKind kind_of() {
+  using Traits = SlotTraits<T>;
+  if constexpr (Traits::is_optional) {
+    return kind_of<typename Traits::Element>();
+  } else if constexpr (std::is_same_v<T, bool>) {
+    return FieldKind::Truth;
+  } else if constexpr (std::is_integral_v<T>) {
+    return FieldKind::Whole;
+  } else if constexpr (std::is_same_v<T, Eigen::Vector2d> || Traits::is_place) {
+    return FieldKind::Pair;
+  } else if constexpr (std::is_same_v<T, std::string>) {
+    return FieldKind::Text;
+  } else if constexpr (std::is_same_v<T, std::filesystem::path>) {
+    return FieldKind::File;
+  } else if constexpr (std::is_same_v<T, std::chrono::sys_seconds>) {
+    return FieldKind::WallTime;
+  } else if constexpr (std::is_void_v<typename Traits::Element>) {
+    return FieldKind::Number;
+  } else if constexpr (kind_of<typename Traits::Element>() == FieldKind::Number) {
+    return FieldKind::Numbers;
+  } else {
+    return FieldKind::Texts;
+  }
+}
+
+/// Puts a value into a member.
+template <class T>
+void put(T& slot, const FieldValue& value) {
+  using Traits = SlotTraits<T>;
+  constexpr FieldKind kKind = kind_of<T>();
+  if constexpr (Traits::is_optional) {
     slot.reset();
-    if (!value.is_off) Slot<T>::put(slot.emplace(), value);
+    if (!value.is_off) put(slot.emplace(), value);
+  } else if constexpr (kKind == FieldKind::Truth) {
+    slot = value.truth;
+  } else if constexpr (kKind == FieldKind::Whole) {
+    slot = static_cast<T>(value.whole);
+  } else if constexpr (Traits::is_place) {
+    slot = Traits::of(value.numbers[0], value.numbers[1]);
+  } else if constexpr (kKind == FieldKind::Pair) {
+    slot = {value.numbers[0], value.numbers[1]};
+  } else if constexpr (kKind == FieldKind::Text) {
+    slot = value.text;
+  } else if constexpr (kKind == FieldKind::File) {
+    slot = value.folder / value.text;
+  } else if constexpr (kKind == FieldKind::WallTime) {
+    slot = value.time;
+  } else if constexpr (kKind == FieldKind::Number && std::is_void_v<typename Traits::Dimension>) {
+    slot = value.number;
+  } else if constexpr (kKind == FieldKind::Number) {
+    slot = make_quantity<typename Traits::Dimension>(value.number);
+  } else if constexpr (kKind == FieldKind::Numbers) {
+    FieldValue one;
+    slot.clear();
+    for (const double number : value.numbers) {
+      one.number = number;
+      put(slot.emplace_back(), one);
+    }
+  } else {
+    slot.clear();
+    for (const std::string& text : value.texts) {
+      FieldValue one;
+      one.text = text;
+      one.folder = value.folder;
+      put(slot.emplace_back(), one);
+    }
   }
-  static bool get(const std::optional<T>& slot, FieldValue& value) {
-    return slot && Slot<T>::get(*slot, value);
-  }
-};
+}
 
-/// What a member holds a unit of; void: a bare number, a text and so on.
+/// Takes a member's value, for the manual: false if it has none.
 template <class T>
-struct DimensionOf {
-  using Type = void;
-};
-template <class D>
-struct DimensionOf<Quantity<D>> {
-  using Type = D;
-};
-template <class F>
-struct DimensionOf<Position<F>> {
-  using Type = dimension::Length;
-};
-template <class F>
-struct DimensionOf<Displacement<F>> {
-  using Type = dimension::Length;
-};
-template <class T>
-struct DimensionOf<std::optional<T>> : DimensionOf<T> {};
-template <class T>
-struct DimensionOf<std::vector<T>> : DimensionOf<T> {};
+bool get(const T& slot, FieldValue& value) {
+  using Traits = SlotTraits<T>;
+  constexpr FieldKind kKind = kind_of<T>();
+  if constexpr (Traits::is_optional) {
+    return slot && get(*slot, value);
+  } else if constexpr (kKind == FieldKind::Truth) {
+    value.truth = slot;
+  } else if constexpr (kKind == FieldKind::Whole) {
+    value.whole = static_cast<std::int64_t>(slot);
+  } else if constexpr (Traits::is_place) {
+    value.numbers = {slot.in_mm().x(), slot.in_mm().y()};
+  } else if constexpr (kKind == FieldKind::Pair) {
+    value.numbers = {slot.x(), slot.y()};
+  } else if constexpr (kKind == FieldKind::Number && std::is_void_v<typename Traits::Dimension>) {
+    value.number = slot;
+  } else if constexpr (kKind == FieldKind::Number) {
+    value.number = slot / make_quantity<typename Traits::Dimension>(1);
+  } else if constexpr (kKind == FieldKind::Numbers) {
+    for (const auto& one : slot) {
+      get(one, value);
+      value.numbers.push_back(value.number);
+    }
+    return !slot.empty();
+  } else if constexpr (kKind == FieldKind::Text || kKind == FieldKind::File) {
+    value.text = std::filesystem::path(slot).string();
+    return !slot.empty();
+  } else {
+    return false;
+  }
+  return true;
+}
 
 /// The key's unit. Does not compile if the key ends with none of the dimension's.
 template <class D>
@@ -246,14 +203,13 @@ using MemberType = std::remove_reference_t<decltype(follow(std::declval<Owner&>(
 
 template <class Owner, auto... path>
 bool store_member(void* object, const FieldValue& value) {
-  Slot<MemberType<Owner, path...>>::put(follow(*static_cast<Owner*>(object), path...), value);
+  put(follow(*static_cast<Owner*>(object), path...), value);
   return true;
 }
 
 template <class Owner, auto... path>
 bool load_member(const void* object, FieldValue& value) {
-  return Slot<MemberType<Owner, path...>>::get(follow(*static_cast<const Owner*>(object), path...),
-                                               value);
+  return get(follow(*static_cast<const Owner*>(object), path...), value);
 }
 
 /// A text, a truth, a list of texts, a time: what has no range.
@@ -261,7 +217,7 @@ template <class Owner, auto... path>
 constexpr Field field_in(std::string_view key, std::string_view meaning) {
   Field field;
   field.key = key;
-  field.kind = Slot<MemberType<Owner, path...>>::kind;
+  field.kind = kind_of<MemberType<Owner, path...>>();
   field.meaning = meaning;
   field.store = store_member<Owner, path...>;
   field.load = load_member<Owner, path...>;
@@ -275,7 +231,7 @@ constexpr Field field_in(std::string_view key, Range range, std::string_view mea
   Field field = field_in<Owner, path...>(key, meaning);
   if (field.kind == FieldKind::Whole) throw "a whole number has a WholeRange";
   field.range = range;
-  field.unit = unit_of<typename DimensionOf<MemberType<Owner, path...>>::Type>(key);
+  field.unit = unit_of<typename SlotTraits<MemberType<Owner, path...>>::Dimension>(key);
   return field;
 }
 
@@ -306,22 +262,18 @@ bool store_pair(void* object, const FieldValue& value) {
   Owner& owner = *static_cast<Owner*>(object);
   FieldValue one;
   one.number = value.numbers[0];
-  Slot<MemberType<Owner, x>>::put(owner.*x, one);
+  put(owner.*x, one);
   one.number = value.numbers[1];
-  Slot<MemberType<Owner, y>>::put(owner.*y, one);
+  put(owner.*y, one);
   return true;
 }
 
 template <class Owner, auto x, auto y>
 bool load_pair(const void* object, FieldValue& value) {
   const Owner& owner = *static_cast<const Owner*>(object);
-  for (const bool is_y : {false, true}) {
-    FieldValue one;
-    const bool has = is_y ? Slot<MemberType<Owner, y>>::get(owner.*y, one)
-                          : Slot<MemberType<Owner, x>>::get(owner.*x, one);
-    if (!has) return false;
-    value.numbers.push_back(one.number);
-  }
+  FieldValue one;
+  if (!get(owner.*x, value) || !get(owner.*y, one)) return false;
+  value.numbers = {value.number, one.number};
   return true;
 }
 

@@ -114,6 +114,9 @@ Expected<void> read_nightly(const TomlTable& top, MachineConfig& machine) {
   PANELCAL_TRY(const auto table, top.read_table(kNightly, config));
   if (!table) return {};
   config.place = table->missing("", "").place;
+  for (std::filesystem::path* const path : {&config.reports, &config.temperature_file}) {
+    if (!path->empty() && table->folder().empty()) *path = "." / *path;
+  }
   PANELCAL_CHECK(check_night(*table, config));
   PANELCAL_CHECK(read_night_gates(*table, config.limits));
   PANELCAL_CHECK(table->read_table(kDrift, config));
