@@ -66,7 +66,8 @@ def clashes(root, library):
     """One line for each name that two files of a library define."""
     places = collections.defaultdict(list)
     for file in sorted((root / library).rglob("*.cc")):
-        for name, (alias, line) in names_of(file.read_text()).items():
+        source = re.sub(r'#include "([^"]+[.]def)"', lambda m: (root / m.group(1)).read_text(), file.read_text())
+        for name, (alias, line) in names_of(source).items():
             places[name].append((f"{file.relative_to(root)}:{line}", alias))
     for name, found in sorted(places.items()):
         aliases = {alias for _, alias in found}

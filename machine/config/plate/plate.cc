@@ -7,69 +7,46 @@
 #include <optional>
 
 #include "calib/base/files/atomic_file.h"
+#include "machine/config/fields/slots.h"
 #include "machine/config/plate/plate_tags.h"
 #include "machine/config/toml/ranges.h"
 #include "machine/config/toml/toml_table.h"
-#include <fmt/format.h>
 
 namespace panelcal {
 namespace {
 
+using internal::count;
+using internal::field;
+using internal::Field;
+using internal::FileDescription;
+using internal::kMaxPlace_mm;
+using internal::kPlace;
 using internal::Range;
+using internal::Rows;
+using internal::Table;
+using internal::TableDescription;
 using internal::TomlSource;
 using internal::TomlTable;
+using internal::WholeRange;
+using internal::word;
 
-constexpr std::array<std::string_view, 4> kPlateFileKeys = {"plate", "pose", "tag", "tags"};
-constexpr std::array<std::string_view, 7> kPlateKeys = {
-    "certified", "columns", "dot_diameter_mm", "name", "pitch_mm", "polarity", "rows"};
-constexpr std::array<std::string_view, 2> kPoseKeys = {"angle_deg", "origin_mm"};
+constexpr Range kPlateLength_mm{0, kMaxPlace_mm, true};
 /// A hundred thousand dots are more than any plate has.
-constexpr int kMaxDotsPerSide = 300;
-constexpr Range kPlateLength_mm{0, internal::kMaxPlace_mm, true};
+constexpr WholeRange kDotsPerSide{1, 300};
 
-/// Precondition: the table has the key.
-Expected<int> count(const TomlTable& table, std::string_view key) {
-  PANELCAL_TRY(const auto n, table.integer(key, 1, kMaxDotsPerSide));
-  return static_cast<int>(n.value());
+/// A row of [[pose]].
+struct PoseKeys {
+  Eigen::Vector2d origin_mm = Eigen::Vector2d::Zero();
+  Angle angle;
+};
+
+std::optional<bool> is_dark_from_word(std::string_view word) {
+  if (word == "dark") return true;
+  if (word == "bright") return false;
+  return std::nullopt;
 }
 
-Expected<void> read_plate_dots(const TomlTable& table, CalibrationPlate& plate) {
-  PANELCAL_CHECK(table.require({{"columns", "columns = 9, or the number that the plate has"},
-                                {"rows", "rows = 9, or the number that the plate has"},
-                                {"pitch_mm", "pitch_mm = 2, the distance of the dots"}}));
-  PANELCAL_TRY(plate.columns, count(table, "columns"));
-  PANELCAL_TRY(plate.rows, count(table, "rows"));
-  PANELCAL_TRY(const auto pitch_mm, table.number("pitch_mm", kPlateLength_mm));
-  plate.pitch = mm(pitch_mm.value());
-  PANELCAL_TRY(const auto diameter_mm, table.number("dot_diameter_mm", kPlateLength_mm));
-  if (!diameter_mm) return {};
-  plate.dot_diameter = mm(*diameter_mm);
-  if (plate.dot_diameter < plate.pitch) return {};
-  return failure(table.problem("dot_diameter_mm", "less than the pitch", "dots would touch"));
-}
-
-Expected<void> read_plate_table(const TomlTable& table, CalibrationPlate& plate) {
-  PANELCAL_CHECK(read_plate_dots(table, plate));
-  PANELCAL_TRY(const auto name, table.text("name"));
-  if (name) plate.name = *name;
-  PANELCAL_TRY(const auto certified, table.truth("certified"));
-  plate.is_certified = certified.value_or(false);
-  PANELCAL_TRY(const auto polarity, table.text("polarity"));
-  if (!polarity) return {};
-  if (*polarity != "dark" && *polarity != "bright") {
-    return failure(table.problem("polarity", "\"dark\" or \"bright\""));
-  }
-  plate.is_dark = *polarity == "dark";
-  return {};
-}
-
-Expected<PlatePose> read_pose(const TomlTable& table) {
-  PANELCAL_TRY(const auto origin_mm,
-               table.pair("origin_mm", {-internal::kMaxPlace_mm, internal::kMaxPlace_mm}));
-  if (!origin_mm) return failure(table.missing("origin_mm", "where the first dot lies, [x, y]"));
-  PANELCAL_TRY(const double angle_deg, table.number_or("angle_deg", {-360, 360}, 0));
-  return PlatePose{deg(angle_deg).in_rad(), *origin_mm};
-}
+#include "machine/config/plate/plate.def"
 
 }  // namespace
 
@@ -120,18 +97,23 @@ Position<frame::Machine> place_in(const PlatePose& pose, const Position<frame::P
 
 Expected<CalibrationPlate> parse_plate(std::string_view text, const std::filesystem::path& file) {
   const TomlSource source{file.string(), text};
+  FileDescription description{"the file", {&kPlate, &kPose}};
+  for (const TableDescription* const table : internal::plate_tag_tables())
+    description.tables.push_back(table);
   PANELCAL_TRY(const toml::table document, internal::parse_toml(source));
-  PANELCAL_TRY(
-      const TomlTable top,
-      TomlTable::make(document, "the file", document.source(), {kPlateFileKeys, {}}, source));
-  PANELCAL_TRY(const auto table, top.table("plate", "[plate]", {kPlateKeys, {}}));
-  if (!table) return failure(top.missing("[plate]", "[plate] columns, rows, pitch_mm"));
+  PANELCAL_TRY(const TomlTable top, TomlTable::of_file(document, description, source));
   CalibrationPlate plate;
   plate.file = file;
-  PANELCAL_CHECK(read_plate_table(*table, plate));
-  PANELCAL_TRY(const auto poses, top.tables("pose", "[[pose]]", {kPoseKeys, {}}));
-  for (const TomlTable& pose : poses) {
-    PANELCAL_TRY(plate.poses.emplace_back(), read_pose(pose));
+  PANELCAL_TRY(const auto table, top.read_table(kPlate, plate));
+  if (!table) return failure(top.missing("[plate]", "[plate] columns, rows, pitch_mm"));
+  if (plate.dot_diameter >= plate.pitch) {
+    return failure(table->problem("dot_diameter_mm", "less than the pitch", "dots would touch"));
+  }
+  PANELCAL_TRY(const auto poses, top.tables(kPose));
+  for (const TomlTable& row : poses) {
+    PoseKeys pose;
+    PANELCAL_CHECK(row.read(kPose, pose));
+    plate.poses.push_back({pose.angle.in_rad(), pose.origin_mm});
   }
   PANELCAL_TRY(plate.tags, internal::read_plate_tags(top, plate.pitch));
   if (std::ranges::all_of(plate.covered_dots(), [](bool is) { return is; })) {

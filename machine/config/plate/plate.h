@@ -56,7 +56,7 @@ inline constexpr std::size_t kMaxPlateBytes = std::size_t{1} << 20;
 ///   [[pose]]
 ///   origin_mm = [100, 80]  angle_deg = 0        # where dot (0, 0) lies, machine directions
 ///
-/// and its tags (plate_tags_config.h).
+/// and its tags (plate_tags.h).
 ///
 /// Fails  file-unreadable; toml-syntax; config-key-unknown; config-value
 /// See    tests/machine/config/plate/plate_test.cc

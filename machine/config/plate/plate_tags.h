@@ -11,6 +11,9 @@
 // Not installed: a part of a plate's file.
 namespace panelcal::internal {
 
+/// [tags], [[tag]] of a plate's file.
+Tables plate_tag_tables();
+
 /// Reads [tags] and [[tag]] of a plate's file:
 ///
 ///   [tags]

@@ -1,61 +1,86 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "machine/config/sections/stage.h"
-
+#include <array>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "machine/config/fields/slots.h"
+#include "machine/config/sections/sections.h"
+#include "machine/config/toml/command_words.h"
+#include "machine/config/toml/ranges.h"
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 namespace panelcal::internal {
 namespace {
 
+constexpr double kLongestWait_s = 3600;
+
+#include "machine/config/sections/stage.def"
+
+struct StageCommand {
+  std::string_view key;
+  CommandWords StageCommands::*words;
+  std::vector<std::string> placeholders;
+};
+
 /// A program and its words; a program with a relative path lies beside machine.toml.
-Expected<CommandWords> read_command(const TomlTable& table,
-                                    std::string_view key,
-                                    const std::vector<std::string>& placeholders,
-                                    const std::filesystem::path& folder) {
-  if (!table.has(key)) return CommandWords();
-  PANELCAL_TRY(CommandWords words, table.texts(key));
-  const std::string form = fmt::format("[\"PROGRAM\", \"{}\"]", fmt::join(placeholders, "\", \""));
+Expected<void> check_command(const TomlTable& table,
+                             const StageCommand& command,
+                             const std::filesystem::path& folder,
+                             StageCommands& stage) {
+  if (!table.has(command.key)) return {};
+  CommandWords& words = stage.*command.words;
+  const std::string form =
+      fmt::format("[\"PROGRAM\", \"{}\"]", fmt::join(command.placeholders, "\", \""));
   if (words.empty() || words.front().empty()) {
-    return failure(table.problem(key, form, "there is no program"));
+    return failure(table.problem(command.key, form, "there is no program"));
   }
-  for (const std::string& word : words) {
-    if (word.find('\0') != std::string::npos) {
-      return failure(table.problem(key, form, "no word of a command holds a zero byte"));
-    }
+  if (has_zero_byte(words)) {
+    return failure(table.problem(command.key, form, "no word of a command holds a zero byte"));
   }
-  const std::string problem = placeholder_problem(words, placeholders);
-  if (!problem.empty()) return failure(table.problem(key, form, problem));
-  const std::filesystem::path program = words.front();
-  if (program.has_parent_path() && program.is_relative())
-    words.front() = (folder / program).string();
-  return words;
+  const std::string problem = placeholder_problem(words, command.placeholders);
+  if (!problem.empty()) return failure(table.problem(command.key, form, problem));
+  look_for_program(words, folder);
+  return {};
+}
+
+Expected<void> read_travel(const TomlTable& machine, MachineConfig& config) {
+  PANELCAL_TRY(const auto low_mm, machine.pair("travel_low_mm", kPlace));
+  PANELCAL_TRY(const auto high_mm, machine.pair("travel_high_mm", kPlace));
+  if (!low_mm && !high_mm) return {};
+  if (!low_mm || !high_mm) {
+    return failure(
+        machine.missing(low_mm ? "travel_high_mm" : "travel_low_mm", "both corners of the travel"));
+  }
+  if ((low_mm->array() >= high_mm->array()).any()) {
+    return failure(machine.problem("travel_high_mm", "more than travel_low_mm in x and y"));
+  }
+  config.travel =
+      Travel{position_mm<frame::Machine>(*low_mm), position_mm<frame::Machine>(*high_mm)};
+  config.reading.travel_mm = *high_mm - *low_mm;
+  return {};
+}
+
+Expected<void> read_machine(const TomlTable& top, MachineConfig& config) {
+  PANELCAL_TRY(const auto table, top.read_table(kMachine, config));
+  if (!table) return {};
+  for (const StageCommand& command :
+       {StageCommand{"stage_command", &StageCommands::move, {"{x}", "{y}"}},
+        StageCommand{"drill_command", &StageCommands::drill, {"{tool}"}},
+        StageCommand{"lamp_command", &StageCommands::lamp, {"{lamp}"}},
+        StageCommand{"zoom_command", &StageCommands::zoom, {"{zoom}"}},
+        StageCommand{"focus_command", &StageCommands::focus, {"{z}"}},
+        StageCommand{"probe_command", &StageCommands::probe, {"{x}", "{y}"}}}) {
+    PANELCAL_CHECK(check_command(*table, command, config.file.parent_path(), config.stage));
+  }
+  return read_travel(*table, config);
 }
 
 }  // namespace
 
-Expected<void> read_stage_config(const TomlTable& table, MachineConfig& config) {
-  constexpr double kLongest_s = 3600;
-  StageCommands& stage = config.stage;
-  // A bare name would be looked for in PATH.
-  std::filesystem::path folder = config.file.parent_path();
-  if (folder.empty()) folder = ".";
-  PANELCAL_TRY(stage.move, read_command(table, "stage_command", {"{x}", "{y}"}, folder));
-  PANELCAL_TRY(stage.drill, read_command(table, "drill_command", {"{tool}"}, folder));
-  PANELCAL_TRY(stage.lamp, read_command(table, "lamp_command", {"{lamp}"}, folder));
-  PANELCAL_TRY(stage.zoom, read_command(table, "zoom_command", {"{zoom}"}, folder));
-  PANELCAL_TRY(stage.focus, read_command(table, "focus_command", {"{z}"}, folder));
-  PANELCAL_TRY(stage.probe, read_command(table, "probe_command", {"{x}", "{y}"}, folder));
-  PANELCAL_TRY(
-      const double limit_s,
-      table.number_or("command_limit_s", {0, kLongest_s, true}, config.stage.limit.in_s()));
-  stage.limit = seconds(limit_s);
-  PANELCAL_TRY(const double settle_s, table.number_or("settle_s", {0, kLongest_s}, 0));
-  config.settle = seconds(settle_s);
-  return {};
+Section machine_section() {
+  return {kStageTables, read_machine};
 }
 
 }  // namespace panelcal::internal

@@ -1,46 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "machine/config/sections/uncertainty.h"
-
 #include <array>
 #include <chrono>
-#include <string_view>
 
 #include "calib/base/clock.h"
 #include "calib/camera/calibration/shared_error.h"
-#include "machine/config/toml/ranges.h"
+#include "machine/config/fields/slots.h"
+#include "machine/config/sections/sections.h"
 #include <fmt/format.h>
 
 namespace panelcal {
 namespace internal {
 namespace {
 
-constexpr std::array<std::string_view, 5> kUncertaintyKeys = {"depth_um",
-                                                              "drift_um_per_sqrt_day",
-                                                              "drill_wander_um",
-                                                              "stage_repeatability_um",
-                                                              "table_residual_um"};
-constexpr Range kUncertaintySigma_um{0, 1e6};
+constexpr Range kTermSigma_um{0, 1e6};
+
+#include "machine/config/sections/uncertainty.def"
 
 Expected<void> read_terms(const TomlTable& top, MachineConfig& config) {
-  PANELCAL_TRY(const auto table, top.table("uncertainty", "[uncertainty]", {kUncertaintyKeys, {}}));
+  PANELCAL_TRY(const auto table, top.read_table(kUncertainty, config));
   if (!table) return {};
   MachineUncertainty& machine = config.walk.uncertainty;
-  PANELCAL_TRY(const double stage_um,
-               table->number_or("stage_repeatability_um", kUncertaintySigma_um, 0));
-  machine.stage_repeatability = um(stage_um);
   machine.states_stage = table->has("stage_repeatability_um");
-  PANELCAL_TRY(const double table_um,
-               table->number_or("table_residual_um", kUncertaintySigma_um, 0));
-  machine.table_residual = um(table_um);
   machine.states_table = table->has("table_residual_um");
-  PANELCAL_TRY(const double wander_um,
-               table->number_or("drill_wander_um", kUncertaintySigma_um, 0));
-  machine.drill_wander = um(wander_um);
   machine.states_wander = table->has("drill_wander_um");
-  PANELCAL_TRY(const double depth_um, table->number_or("depth_um", kUncertaintySigma_um, 0));
-  machine.depth = um(depth_um);
-  PANELCAL_TRY(config.drift_um_per_sqrt_day,
-               table->number_or("drift_um_per_sqrt_day", kUncertaintySigma_um, 0));
   // Before its first calibration no hole is placed, and nothing drifts.
   const bool knows_since = config.offset_date || !config.spindle_setting.is_calibrated;
   if (config.drift_um_per_sqrt_day > 0 && !knows_since) {
@@ -51,9 +33,7 @@ Expected<void> read_terms(const TomlTable& top, MachineConfig& config) {
   return {};
 }
 
-}  // namespace
-
-Expected<void> read_uncertainty_config(const TomlTable& top, MachineConfig& config) {
+Expected<void> read_uncertainty(const TomlTable& top, MachineConfig& config) {
   PANELCAL_CHECK(read_terms(top, config));
   MachineUncertainty& machine = config.walk.uncertainty;
   machine.spindle_camera_mm2 = config.spindle_camera.cov_mm2;
@@ -62,6 +42,12 @@ Expected<void> read_uncertainty_config(const TomlTable& top, MachineConfig& conf
     machine.zooms[level] = SharedCameraError(calibration).covariance();
   }
   return {};
+}
+
+}  // namespace
+
+Section uncertainty_section() {
+  return {kUncertaintyTables, read_uncertainty};
 }
 
 }  // namespace internal

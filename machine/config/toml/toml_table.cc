@@ -90,44 +90,152 @@ Expected<toml::table> parse_toml(const TomlSource& source) {
   }
 }
 
-std::string Range::text() const {
-  const bool has_low = std::isfinite(low);
-  const bool has_high = std::isfinite(high);
-  if (has_low && has_high && !low_is_open) return fmt::format("a number from {} to {}", low, high);
-  std::string out = has_high ? "a number" : "a finite number";
-  if (has_low) out += fmt::format(" {} {}", low_is_open ? "above" : "from", low);
-  if (has_high) out += fmt::format("{} at most {}", has_low ? " and" : "", high);
-  return out;
-}
-
 TomlTable::TomlTable(const toml::table& table,
                      std::string name,
-                     const toml::source_region& at,
+                     const FileDescription& file,
                      const TomlSource& source)
-    : table_(&table), name_(std::move(name)), at_(at), source_(&source) {
+    : table_(&table), name_(std::move(name)), file_(&file), source_(&source) {
 }
 
 Expected<TomlTable> TomlTable::make(const toml::table& table,
                                     std::string name,
-                                    const toml::source_region& at,
-                                    const TomlKeys& keys,
+                                    std::string_view path,
+                                    std::string_view planned,
+                                    const FileDescription& file,
                                     const TomlSource& source) {
+  const std::vector<std::string_view> known = file.known_keys(path);
   for (const auto& [key, value] : table) {
     const std::string_view word = key.str();
-    if (std::ranges::find(keys.known, word) != keys.known.end()) continue;
+    if (std::ranges::find(known, word) != known.end()) continue;
     const Place place = source.place(key.source().begin);
-    if (std::ranges::find(keys.planned, word) != keys.planned.end()) {
+    if (!planned.empty() && word == planned) {
       return failure(
           {Code::NotSupported, place, quoted(word) + " in " + name, "a file without it"});
     }
-    const std::string_view nearest = nearest_word(word, keys.known);
+    const std::string_view nearest = nearest_word(word, known);
     return failure({Code::ConfigKeyUnknown,
                     place,
                     quoted(word) + " in " + name,
-                    nearest.empty() ? fmt::format("one of {}", fmt::join(keys.known, ", "))
+                    nearest.empty() ? fmt::format("one of {}", fmt::join(known, ", "))
                                     : "did you mean " + quoted(nearest) + "?"});
   }
-  return TomlTable(table, std::move(name), at, source);
+  return TomlTable(table, std::move(name), file, source);
+}
+
+Expected<TomlTable> TomlTable::of_file(const toml::table& document,
+                                       const FileDescription& file,
+                                       const TomlSource& source) {
+  return make(document, std::string(file.name), "", "", file, source);
+}
+
+Expected<TomlTable> TomlTable::child(const toml::node& node,
+                                     const TableDescription& description) const {
+  const std::string heading = description.heading();
+  const auto* const found = node.as_table();
+  if (!found) return failure(wrong_value(description.key(), node, "a table " + heading));
+  return make(*found, heading, description.name, description.planned, *file_, *source_);
+}
+
+Expected<std::optional<TomlTable>> TomlTable::table(const TableDescription& description) const {
+  const toml::node* const node = table_->get(description.key());
+  if (!node) return std::nullopt;
+  PANELCAL_TRY(TomlTable made, child(*node, description));
+  return made;
+}
+
+Expected<std::vector<TomlTable>> TomlTable::tables(const TableDescription& description) const {
+  std::vector<TomlTable> made;
+  const toml::node* const node = table_->get(description.key());
+  if (!node) return made;
+  const auto* const array = node->as_array();
+  if (!array) {
+    return failure(wrong_value(description.key(), *node, "tables " + description.heading()));
+  }
+  for (const toml::node& row : *array) {
+    PANELCAL_TRY(TomlTable one, child(row, description));
+    made.push_back(std::move(one));
+  }
+  return made;
+}
+
+Expected<void> TomlTable::read_fields(const TableDescription& description, void* object) const {
+  std::vector<RequiredKey> required;
+  for (const Field& field : description.fields) {
+    if (field.is_required() && field.alternative.empty()) {
+      required.push_back({field.key, field.example});
+    }
+  }
+  PANELCAL_CHECK(require(required));
+  for (const Field& field : description.fields) {
+    if (!has(field.key) || field.store == nullptr) continue;
+    FieldValue value;
+    PANELCAL_CHECK(read_value(field, value));
+    const bool is_empty =
+        !field.expected.empty() && field.kind == FieldKind::Text && value.text.empty();
+    if (is_empty || !field.store(object, value)) {
+      return failure(problem(field.key, std::string(field.expected)));
+    }
+  }
+  return {};
+}
+
+Expected<void> TomlTable::read_value(const Field& field, FieldValue& value) const {
+  const auto take = [](auto read, auto& member) -> Expected<void> {
+    if (!read) return failure(std::move(read).error());
+    member = **std::move(read);
+    return {};
+  };
+  const std::string_view key = field.key;
+  switch (field.kind) {
+    case FieldKind::Truth:
+      return take(truth(key), value.truth);
+    case FieldKind::Whole:
+      return take(integer(key, field.whole.low, field.whole.high), value.whole);
+    case FieldKind::Number:
+      PANELCAL_CHECK(take(number(key, field.range), value.number));
+      value.number = field.unit.stored(value.number);
+      return {};
+    case FieldKind::Limit:
+      value.is_off = is_off(key);
+      if (value.is_off) return {};
+      if (!take(number(key, field.range), value.number)) {
+        return failure(problem(key, field.takes()));
+      }
+      value.number = field.unit.stored(value.number);
+      return {};
+    case FieldKind::Pair:
+    case FieldKind::Numbers:
+      if (field.kind == FieldKind::Numbers) {
+        PANELCAL_CHECK(take(numbers(key, field.range), value.numbers));
+      } else {
+        PANELCAL_TRY(const std::optional<Eigen::Vector2d> both, pair(key, field.range));
+        value.numbers = {both->x(), both->y()};
+      }
+      for (double& one : value.numbers) one = field.unit.stored(one);
+      return {};
+    case FieldKind::Text:
+    case FieldKind::Word:
+    case FieldKind::Form:
+      return take(text(key), value.text);
+    case FieldKind::File:
+    case FieldKind::Folder:
+      PANELCAL_CHECK(take(text(key), value.text));
+      if (value.text.empty()) return failure(problem(key, field.takes()));
+      value.folder = folder();
+      return {};
+    case FieldKind::Texts: {
+      PANELCAL_TRY(value.texts, texts(key));
+      value.folder = folder();
+      return {};
+    }
+    case FieldKind::WallTime:
+      return take(wall_time(key), value.time);
+  }
+  return {};
+}
+
+std::filesystem::path TomlTable::folder() const {
+  return std::filesystem::path(source_->file).parent_path();
 }
 
 Diagnostic TomlTable::wrong_value(std::string_view key,
@@ -147,12 +255,6 @@ Diagnostic TomlTable::problem(std::string_view key,
   return diagnostic;
 }
 
-Diagnostic TomlTable::not_supported(std::string_view key, std::string expected) const {
-  Diagnostic diagnostic = problem(key, std::move(expected), "");
-  diagnostic.code = Code::NotSupported;
-  return diagnostic;
-}
-
 Expected<void> TomlTable::require(std::span<const RequiredKey> keys) const {
   std::string absent;
   std::string examples;
@@ -167,14 +269,10 @@ Expected<void> TomlTable::require(std::span<const RequiredKey> keys) const {
   return failure(missing((n_absent == 1 ? "key " : "keys ") + absent, std::move(examples)));
 }
 
-Expected<void> TomlTable::require(std::initializer_list<RequiredKey> keys) const {
-  return require(std::span(keys.begin(), keys.size()));
-}
-
 Diagnostic TomlTable::missing(std::string_view what, std::string expected) const {
   const bool is_key = what.find_first_not_of("abcdefghijklmnopqrstuvwxyz_") == what.npos;
   return {Code::ConfigValue,
-          source_->place(at_.begin),
+          source_->place(table_->source().begin),
           fmt::format("{}: missing {}", name_, is_key ? "key " + quoted(what) : std::string(what)),
           std::move(expected)};
 }
@@ -200,13 +298,6 @@ Expected<std::optional<double>> TomlTable::number(std::string_view key, const Ra
 
 bool TomlTable::is_off(std::string_view key) const {
   return (*table_)[key].value_or(std::string_view()) == "off";
-}
-
-Expected<double> TomlTable::number_or(std::string_view key,
-                                      const Range& range,
-                                      double otherwise) const {
-  PANELCAL_TRY(const std::optional<double> value, number(key, range));
-  return value.value_or(otherwise);
 }
 
 Expected<std::optional<std::int64_t>> TomlTable::integer(std::string_view key,
@@ -290,40 +381,6 @@ Expected<std::optional<Eigen::Vector2d>> TomlTable::pair(std::string_view key,
   PANELCAL_TRY(value.x(), checked_number(key, *array->get(0), range));
   PANELCAL_TRY(value.y(), checked_number(key, *array->get(1), range));
   return value;
-}
-
-Expected<std::optional<TomlTable>> TomlTable::table(std::string_view key,
-                                                    std::string name,
-                                                    const TomlKeys& keys) const {
-  const toml::node* node = table_->get(key);
-  if (!node) return std::nullopt;
-  const auto* child = node->as_table();
-  if (!child) return failure(wrong_value(key, *node, "a table " + name));
-  PANELCAL_TRY(TomlTable made, make(*child, std::move(name), child->source(), keys, *source_));
-  return made;
-}
-
-Expected<std::vector<TomlTable>> TomlTable::tables(std::string_view key,
-                                                   std::string name,
-                                                   const TomlKeys& keys) const {
-  std::vector<TomlTable> made;
-  const toml::node* node = table_->get(key);
-  if (!node) return made;
-  const auto* array = node->as_array();
-  if (!array) return failure(wrong_value(key, *node, "tables " + name));
-  for (const toml::node& element : *array) {
-    const auto* child = element.as_table();
-    if (!child) return failure(wrong_value(key, element, "a table " + name));
-    PANELCAL_TRY(TomlTable one, make(*child, name, child->source(), keys, *source_));
-    made.push_back(std::move(one));
-  }
-  return made;
-}
-
-Expected<void> read_um_in_mm(const TomlTable& table, std::string_view key, double& value_mm) {
-  PANELCAL_TRY(const double read_um, table.number_or(key, kAboveZero_um, mm(value_mm).in_um()));
-  value_mm = um(read_um).in_mm();
-  return {};
 }
 
 }  // namespace panelcal::internal

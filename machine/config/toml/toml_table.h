@@ -4,8 +4,6 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <initializer_list>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -13,6 +11,7 @@
 #include <vector>
 
 #include "calib/base/expected.h"
+#include "machine/config/fields/field.h"
 #include <Eigen/Core>
 #include <toml++/toml.h>
 
@@ -38,25 +37,6 @@ inline constexpr std::size_t kMaxTomlLine = 1000;
 /// Fails  toml-syntax, with line and column
 Expected<toml::table> parse_toml(const TomlSource& source);
 
-/// Numbers that a key takes.
-struct Range {
-  double low = -std::numeric_limits<double>::infinity();
-  double high = std::numeric_limits<double>::infinity();
-  bool low_is_open = false;  ///< `low` itself is outside
-
-  bool contains(double v) const { return (low_is_open ? v > low : v >= low) && v <= high; }
-  /// "a number from 0 to 1", "a number above 0".
-  std::string text() const;
-};
-
-/// The keys a table may have.
-struct TomlKeys {
-  std::span<const std::string_view> known;
-  /// Agreed on, not yet supported: an error of its own, so that no user searches for a typing
-  /// error.
-  std::span<const std::string_view> planned;
-};
-
 /// A key that a table must have, and how a user may write it.
 struct RequiredKey {
   std::string_view key;
@@ -68,21 +48,41 @@ struct RequiredKey {
 /// Fails  config-key-unknown; not-supported; config-value: with the key's or the value's place
 class TomlTable {
  public:
-  /// `name` is what messages call it, such as "[vision]"; `at` is its place.
-  static Expected<TomlTable> make(const toml::table& table,
-                                  std::string name,
-                                  const toml::source_region& at,
-                                  const TomlKeys& keys,
-                                  const TomlSource& source);
+  /// The whole of a file.
+  static Expected<TomlTable> of_file(const toml::table& document,
+                                     const FileDescription& file,
+                                     const TomlSource& source);
 
+  /// A table of this one, which the file's description has.
+  Expected<std::optional<TomlTable>> table(const TableDescription& description) const;
+  /// The tables of an array of tables.
+  Expected<std::vector<TomlTable>> tables(const TableDescription& description) const;
+  /// Reads all keys of this table into an object; absent ones leave it as it is.
+  ///
+  /// Fails  config-value: required keys that are missing, all of them; a value
+  template <class T, T (*start)()>
+  Expected<void> read(const Table<T, start>& description, T& object) const {
+    return read_fields(description, &object);
+  }
+  /// Reads a table of this one; empty if it is not there.
+  template <class T, T (*start)()>
+  Expected<std::optional<TomlTable>> read_table(const Table<T, start>& description,
+                                                T& object) const {
+    PANELCAL_TRY(std::optional<TomlTable> child, table(description));
+    if (child) PANELCAL_CHECK(child->read(description, object));
+    return child;
+  }
+
+  /// Of the file, from which the names of others count.
+  std::filesystem::path folder() const;
   bool has(std::string_view key) const { return table_->contains(key); }
+  /// Precondition: has(key)
+  Place place_of(std::string_view key) const { return problem(key, {}).place; }
   /// Fails  config-value, with all keys that the table lacks
   Expected<void> require(std::span<const RequiredKey> keys) const;
-  Expected<void> require(std::initializer_list<RequiredKey> keys) const;
   /// The key's value is the text "off".
   bool is_off(std::string_view key) const;
   Expected<std::optional<double>> number(std::string_view key, const Range& range) const;
-  Expected<double> number_or(std::string_view key, const Range& range, double otherwise) const;
   /// Whole numbers, written without a decimal point.
   Expected<std::optional<std::int64_t>> integer(std::string_view key,
                                                 std::int64_t low,
@@ -97,26 +97,28 @@ class TomlTable {
                                                        const Range& range) const;
   /// Two numbers, [x, y].
   Expected<std::optional<Eigen::Vector2d>> pair(std::string_view key, const Range& range) const;
-  /// A table of this table; `name` as in make.
-  Expected<std::optional<TomlTable>> table(std::string_view key,
-                                           std::string name,
-                                           const TomlKeys& keys) const;
-  /// The tables of an array of tables.
-  Expected<std::vector<TomlTable>> tables(std::string_view key,
-                                          std::string name,
-                                          const TomlKeys& keys) const;
 
   /// "key = value": why it will not do. Precondition: has(key).
   Diagnostic problem(std::string_view key, std::string expected, std::string because = {}) const;
-  Diagnostic not_supported(std::string_view key, std::string expected) const;
   /// Something that is not there.
   Diagnostic missing(std::string_view what, std::string expected) const;
 
  private:
   TomlTable(const toml::table& table,
             std::string name,
-            const toml::source_region& at,
+            const FileDescription& file,
             const TomlSource& source);
+  /// `name` is what messages call it, such as "[vision]"; the file's description has its keys under
+  /// `path`.
+  static Expected<TomlTable> make(const toml::table& table,
+                                  std::string name,
+                                  std::string_view path,
+                                  std::string_view planned,
+                                  const FileDescription& file,
+                                  const TomlSource& source);
+  Expected<TomlTable> child(const toml::node& node, const TableDescription& description) const;
+  Expected<void> read_fields(const TableDescription& description, void* object) const;
+  Expected<void> read_value(const Field& field, FieldValue& value) const;
   Expected<double> checked_number(std::string_view key,
                                   const toml::node& node,
                                   const Range& range) const;
@@ -124,13 +126,8 @@ class TomlTable {
 
   const toml::table* table_;
   std::string name_;
-  toml::source_region at_;
+  const FileDescription* file_;
   const TomlSource* source_;
 };
-
-inline constexpr Range kAboveZero_um{0, 1e6, true};
-
-/// A number in um, stored in mm, where it is given.
-Expected<void> read_um_in_mm(const TomlTable& table, std::string_view key, double& value_mm);
 
 }  // namespace panelcal::internal

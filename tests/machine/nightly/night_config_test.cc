@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <array>
 #include <string>
 #include <string_view>
 
-#include "machine/config/nightly/nightly.h"
+#include "machine/config/machine_config.h"
 #include <gmock/gmock.h>
 
 namespace panelcal {
@@ -12,15 +11,10 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-/// Reads [nightly] alone, as machine.toml has it.
+/// Reads [nightly] of a machine.toml in the folder "there".
 Expected<std::optional<NightlyConfig>> parse(std::string_view text) {
-  constexpr std::array<std::string_view, 1> kKeys = {"nightly"};
-  const internal::TomlSource source{"machine.toml", text};
-  PANELCAL_TRY(const toml::table table, internal::parse_toml(source));
-  PANELCAL_TRY(const auto top,
-               internal::TomlTable::make(
-                   table, "the file", table.source(), internal::TomlKeys{kKeys, {}}, source));
-  return internal::read_nightly_config(top, "there");
+  PANELCAL_TRY(const MachineConfig config, parse_machine_config(text, "there/machine.toml"));
+  return config.nightly;
 }
 
 std::string refusal(const std::string& lines) {

@@ -11,6 +11,8 @@
 
 #include "calib/base/append_format.h"
 #include "calib/base/diagnostic.h"
+#include "machine/config/fields/page.h"
+#include "machine/config/machine_file.h"
 #include "program/excellon/text/header_words.h"
 #include "program/excellon/text/lexer.h"
 #include "program/sieb_meyer/text/cnc_commands.h"
@@ -302,12 +304,39 @@ std::string sieb_meyer_page() {
   return out;
 }
 
+std::string machine_toml_page() {
+  return "# machine.toml\n\n"
+         "One file describes a machine; `datasets/demo/machine.toml` is a commented example. "
+         "Unknown "
+         "keys are errors that name the nearest known one, and keys that tables lack are named for "
+         "all tables at once. Names of files count from the file that has them. Numbers are "
+         "finite; a key's end is its unit.\n\n"
+         "`panelcal check -m machine.toml` validates it, and holds it against itself: what "
+         "[coupon] "
+         "promises, the mark, the plate and the surface rectangle within travel, and all that the "
+         "calibrations of [nightly] need; with a PROGRAM its vision tools and the places that the "
+         "camera has to reach. It refuses keys that contradict each other: holes of the coupon "
+         "that "
+         "overlap, more `min_holes` than a night drills, a mark or a place of "
+         "`[nightly.surface]` among the coupon's rows, files of nights that are another's (`[nightly.surface] file`, "
+         "`[nightly.table] file`, `reports`), vision tools larger than the picture or below 6 px, "
+         "a "
+         "`search_radius_mm` below a pixel, and, without a PROGRAM, a stated `rotate` that is too "
+         "small for `model`.\n\n"
+         "This page is `panelcal help machine.toml`. Editors that know JSON Schema complete and "
+         "check the file by `share/schema/machine.schema.json`, which is `panelcal help "
+         "machine.schema.json`.\n" +
+         internal::page_of(internal::machine_file());
+}
+
 }  // namespace
 
 std::optional<std::string> help_topic(std::string_view topic) {
   if (topic == "diagnostics") return diagnostics_page();
   if (topic == "excellon") return excellon_page();
   if (topic == "sieb-meyer") return sieb_meyer_page();
+  if (topic == "machine.toml") return machine_toml_page();
+  if (topic == "machine.schema.json") return internal::schema_of(internal::machine_file());
   return std::nullopt;
 }
 

@@ -8,8 +8,8 @@
 namespace panelcal {
 
 /// A reference page in Markdown, made from the tables that the program itself uses: `diagnostics`,
-/// `excellon`, `sieb-meyer`. docs/diagnostics.md, docs/excellon_commands.md and
-/// docs/sieb_meyer_commands.md are these pages. Empty for any
+/// `excellon`, `sieb-meyer`, `machine.toml`; or `machine.schema.json`, a JSON Schema. The files of
+/// docs/ and share/schema/ that tests/tools/CMakeLists.txt lists are these pages. Empty for any
 /// other topic.
 std::optional<std::string> help_topic(std::string_view topic);
 

@@ -59,12 +59,14 @@ class CommandLine {
     add_history_commands(*history_, history_options_);
     surface_ = add("surface", "Map probed heights, ask the map, and plan where to probe");
     add_surface_commands(*surface_, surface_options_);
-    help_ = app_.add_subcommand("help",
-                                "Explain a command, or list diagnostics or a language's commands");
+    help_ =
+        app_.add_subcommand("help",
+                            "Explain a command, or list diagnostics, a language's commands or the "
+                            "keys of machine.toml");
     help_->add_option("TOPIC",
                       help_topic_,
-                      "A command (`run`, `calibrate camera`), `diagnostics`, `excellon` or "
-                      "`sieb-meyer`");
+                      "A command (`run`, `calibrate camera`), `diagnostics`, `excellon`, "
+                      "`sieb-meyer`, `machine.toml` or `machine.schema.json`");
   }
 
   Expected<Options> parse(int argc, char** argv) {

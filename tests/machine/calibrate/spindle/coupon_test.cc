@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "machine/calibrate/spindle/coupon.h"
 
-#include <array>
 #include <filesystem>
 #include <string>
 
 #include "calib/base/files/atomic_file.h"
 #include "calib/ledger/ledger.h"
-#include "machine/config/nightly/coupon.h"
+#include "machine/config/machine_config.h"
 #include <gmock/gmock.h>
 
 #include "tests/machine/virtual_machine.h"
@@ -19,16 +18,10 @@ namespace {
 using test::FailsWith;
 using testing::HasSubstr;
 
-/// Reads [coupon] alone, as machine.toml has it.
-Expected<std::optional<Coupon>> parse(std::string_view text,
-                                      const std::filesystem::path& folder = "there") {
-  constexpr std::array<std::string_view, 1> kKeys = {"coupon"};
-  const internal::TomlSource source{"machine.toml", text};
-  PANELCAL_TRY(const toml::table table, internal::parse_toml(source));
-  PANELCAL_TRY(const auto top,
-               internal::TomlTable::make(
-                   table, "the file", table.source(), internal::TomlKeys{kKeys, {}}, source));
-  return internal::read_coupon_config(top, folder);
+/// Reads [coupon] of a machine.toml in the folder "there".
+Expected<std::optional<Coupon>> parse(std::string_view text) {
+  PANELCAL_TRY(const MachineConfig config, parse_machine_config(text, "there/machine.toml"));
+  return config.coupon;
 }
 
 std::string refusal(std::string_view text) {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "machine/config/sections/program.h"
-
 #include <string>
 #include <string_view>
 #include <utility>

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "machine/config/sections/uncertainty.h"
-
 #include <string>
 
 #include "calib/base/clock.h"

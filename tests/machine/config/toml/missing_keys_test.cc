@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "machine/config/toml/required_keys.h"
+#include "machine/config/toml/missing_keys.h"
 
 #include <string>
 #include <string_view>

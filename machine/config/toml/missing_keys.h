@@ -4,19 +4,17 @@
 #include "calib/base/diagnostic.h"
 #include "machine/config/toml/toml_table.h"
 
-// Not installed: parts of machine.toml.
+// Not installed: parts of reading a TOML file.
 namespace panelcal::internal {
 
 /// Completes the refusal of a table that lacks keys by what all other tables of the file lack, so
 /// that a user need not run once for each.
 ///
-/// Each table's own reader refuses it; here are only the keys that a table of that name needs in
-/// any case.
-///
-/// Out    problem as it is if it is not of a table that lacks such a key, or of the only one
-/// See    tests/machine/config/toml/required_keys_test.cc
+/// Out    problem as it is if it is not of a table that lacks a required key, or of the only one
+/// See    tests/machine/config/toml/missing_keys_test.cc
 Diagnostic with_all_missing_keys(Diagnostic problem,
                                  const toml::table& document,
+                                 const FileDescription& file,
                                  const TomlSource& source);
 
 }  // namespace panelcal::internal

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "machine/config/fields/field.h"
+
+// Not installed.
+namespace panelcal::internal {
+
+/// The tables of a file with all of their keys, in Markdown: a heading and a list of keys each.
+///
+/// See    docs/formats/machine_toml.md
+std::string page_of(const FileDescription& file);
+
+/// The same as a JSON Schema (draft 7), for editors.
+///
+/// See    share/schema/machine.schema.json; tests/tools/machine_schema_test.py
+std::string schema_of(const FileDescription& file);
+
+}  // namespace panelcal::internal

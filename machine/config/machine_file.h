@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "machine/config/fields/field.h"
+
+// Not installed.
+namespace panelcal::internal {
+
+/// The description of machine.toml: every table with its keys.
+FileDescription machine_file();
+
+}  // namespace panelcal::internal
