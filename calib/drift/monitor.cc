@@ -89,6 +89,11 @@ void DriftMonitor::restart_charts() {
   for (CusumChart& sum : sums_) sum.restart();
 }
 
+/// The nights for which the largest sum has been above zero.
+int DriftMonitor::nights_of_sums() const {
+  return std::ranges::max_element(sums_, {}, &CusumChart::statistic)->n_nights();
+}
+
 /// In     n_changed: the nights since the change that the charts alarm about; 0 if they do not
 void DriftMonitor::compare_levels(WatchedNight& night, int n_changed) {
   levels_.push_back({night.time, model_.forecast(night.time, std::nullopt).mean()});
@@ -98,7 +103,12 @@ void DriftMonitor::compare_levels(WatchedNight& night, int n_changed) {
     const double distance = (here - levels_[*i_anchor_].value).norm();
     if (distance > *moved_) {
       night.alarms.push_back({DriftChart::Moved, distance, *moved_, std::nullopt});
-      if (n_changed == 0) n_changed = static_cast<int>(i_here - *i_anchor_);
+      if (n_changed == 0) {
+        // Sums know better when it began, unless most of the way is older than they are.
+        const auto i_sums = i_here - static_cast<std::size_t>(nights_of_sums());
+        const bool is_most = 2 * (here - levels_[i_sums].value).norm() > distance;
+        n_changed = static_cast<int>(i_here - (is_most ? i_sums : *i_anchor_));
+      }
       i_anchor_.reset();
     }
   }
@@ -124,8 +134,7 @@ int DriftMonitor::judge(WatchedNight& night) {
     night.alarms.push_back({DriftChart::Sum, sums_[i].statistic(), sums_[i].limit(), i});
   }
   if (night.alarms.empty()) return 0;
-  const auto largest = std::ranges::max_element(sums_, {}, &CusumChart::statistic);
-  const int n_changed = night.is_step() ? 1 : std::max(1, largest->n_nights());
+  const int n_changed = night.is_step() ? 1 : std::max(1, nights_of_sums());
   restart_charts();
   return n_changed;
 }

@@ -106,6 +106,7 @@ class DriftMonitor {
     Eigen::VectorXd value;
   };
   int judge(WatchedNight& night);
+  int nights_of_sums() const;
   void restart_charts();
   void compare_levels(WatchedNight& night, int n_changed);
 

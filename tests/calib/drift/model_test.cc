@@ -234,28 +234,37 @@ TEST(DriftMonitor, DatesAStepByItsNight) {
   EXPECT_NEAR(step.moved(1), 0, 0.005);
 }
 
-TEST(DriftMonitor, DatesASlowDriftByItsSums) {
+/// The median error, in days, of the date that the first alarm gives a ramp that began after 60
+/// nights; over the runs.
+double median_error_of_dates(const WatchOptions& watch, double mm_per_day) {
   constexpr int kRuns = 12;
   constexpr int kOnset = 60;
+  constexpr double kDay_s = 86400;
   std::vector<double> errors;
   for (std::uint64_t seed = 0; seed < kRuns; ++seed) {
     SimulatedNights nights({.drift = 0.0001, .x_per_kelvin = 0}, Random(100 + seed));
-    DriftMonitor monitor = *DriftMonitor::make(2, {}, {.moved = std::nullopt});
+    DriftMonitor monitor = *DriftMonitor::make(2, {}, watch);
     std::chrono::sys_seconds onset;
-    for (int night = 0; night < 2 * kOnset; ++night) {
-      const double moved_mm = 0.0005 * std::max(0, night - kOnset + 1);
+    for (int night = 0; night < 3 * kOnset; ++night) {
+      const double moved_mm = mm_per_day * std::max(0, night - kOnset + 1);
       const WatchedNight seen = *monitor.add(nights.next(Eigen::Vector2d(0, moved_mm)));
       if (night == kOnset) onset = seen.time;
       if (night < kOnset || seen.alarms.empty()) continue;
-      errors.push_back(std::abs(static_cast<double>((seen.since - onset).count())) / 86400);
       EXPECT_GT(seen.moved(1), 0);
+      errors.push_back(std::abs(static_cast<double>((seen.since - onset).count())) / kDay_s);
       break;
     }
   }
-  ASSERT_GE(errors.size(), kRuns - 1U);
+  EXPECT_EQ(errors.size(), kRuns);
   std::ranges::sort(errors);
+  return errors[errors.size() / 2];
+}
+
+TEST(DriftMonitor, DatesASlowDriftByItsSums) {
   // Simulated years (tests/bench/README.md): 5 nights at 0.3 um a day, 3 at 1 um.
-  EXPECT_LE(errors[errors.size() / 2], 8);
+  EXPECT_LE(median_error_of_dates({.moved = std::nullopt}, 0.0005), 8);
+  // Most of these alarms say that it has moved, from a level that is 46 nights older than the ramp.
+  EXPECT_LE(median_error_of_dates({}, 0.0002), 12);
 }
 
 TEST(DriftMonitor, SaysWhatMovedSinceWhen) {
