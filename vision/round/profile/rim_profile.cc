@@ -55,8 +55,7 @@ constexpr double kPureLobes = 10;
 constexpr double kSurelyPure = 50;
 constexpr double kAtCrests = 0.6;
 constexpr double kOfSquare = 0.25;
-constexpr double kDisplacedArc = 0.1;     // of the rim
-constexpr double kFarOff = 3.5 * 1.4826;  // of the median magnitude
+constexpr double kDisplacedArc = 0.1;  // of the rim
 
 /// Rings from the rim outwards and inwards as long as they are like the ones next to it. A camera
 /// that sharpens draws a bright ring and a dark one along the edge itself: as many as a step takes
@@ -100,31 +99,6 @@ void trim(const StepProfile& step, Eigen::ArrayXd& medians, RimStrip& strip) {
   strip.mean = strip.mean.middleRows(first, end - first).eval();
   strip.mass = strip.mass.segment(first, end - first).eval();
   medians = medians.segment(first, end - first).eval();
-}
-
-/// Cells that are far off are pulled in, on each side of the rim: single things are no texture.
-Eigen::ArrayXXf tamed_cells(const RimStrip& strip,
-                            const StepProfile& step,
-                            const Eigen::ArrayXXf& left) {
-  Eigen::ArrayXXf tamed = left;
-  std::vector<float> magnitudes;
-  for (const bool is_inside : {false, true}) {
-    magnitudes.clear();
-    const auto is_here = [&](Eigen::Index j) { return (strip.at_px(j) > step.at_px) == is_inside; };
-    for (Eigen::Index j = 0; j < left.rows(); ++j) {
-      if (!is_here(j)) continue;
-      for (Eigen::Index i = j % 3; i < left.cols(); i += 3)
-        magnitudes.push_back(std::abs(left(j, i)));
-    }
-    if (magnitudes.empty()) continue;
-    const auto middle = magnitudes.begin() + static_cast<std::ptrdiff_t>(magnitudes.size() / 2);
-    std::nth_element(magnitudes.begin(), middle, magnitudes.end());
-    const float limit = std::max(0.5F, static_cast<float>(kFarOff) * *middle);
-    for (Eigen::Index j = 0; j < left.rows(); ++j) {
-      if (is_here(j)) tamed.row(j) = left.row(j).max(-limit).min(limit);
-    }
-  }
-  return tamed;
 }
 
 /// Each sector's contrast beside the whole rim's, of three neighbours together.
@@ -299,7 +273,7 @@ class RimMeasurement {
     if (!fit(medians, pass_.step)) return false;
     const Eigen::ArrayXXf& left = pass_.left = strip.mean.colwise() - medians.cast<float>();
     pass_.filter = width == Width::Wide
-                       ? make_shift_filter(strip, tamed_cells(strip, pass_.step, left), pass_.step)
+                       ? make_shift_filter(strip, left, pass_.step)
                        : make_plain_filter(strip, pass_.step, pixel_variance(strip, left));
     if (!(pass_.filter.variance > 0)) return false;
     pass_.band_shift_px = band_shift(strip, medians, pass_.step, pass_.filter);

@@ -23,7 +23,7 @@ struct RimSearch {
   /// The rim is the edge nearest to this radius, fit frame units, whatever others there are; 0: the
   /// one that dominates.
   double ring_radius = 0;
-  double ring_px = 0;  ///< how far from it that edge may be, as a sigma
+  double ring_px = 0;  ///< its distance from there, as a sigma
   double far = 0.2;    ///< of the start's radius: a rim or a center farther off is another one's
 };
 

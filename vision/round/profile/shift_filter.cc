@@ -12,6 +12,8 @@
 namespace panelcal::internal {
 namespace {
 
+constexpr double kFarOff = 3.5 * 1.4826;  // of the median magnitude
+
 /// Rings nearer to the rim than this many sigmas are part of the step.
 constexpr double kStepReach = 2.7;
 /// Textures are looked at in waves along the rim of 2 periods and more, down to this length.
@@ -113,11 +115,37 @@ ShiftFilter best_filter(const Eigen::MatrixXd& covariance, const Eigen::MatrixXd
   return filter;
 }
 
+/// Cells that are far off are pulled in, on each side of the rim: single things are no texture.
+Eigen::ArrayXXf tamed_cells(const RimStrip& strip,
+                            const StepProfile& step,
+                            const Eigen::ArrayXXf& left) {
+  Eigen::ArrayXXf tamed = left;
+  std::vector<float> magnitudes;
+  for (const bool is_inside : {false, true}) {
+    magnitudes.clear();
+    const auto is_here = [&](Eigen::Index j) { return (strip.at_px(j) > step.at_px) == is_inside; };
+    for (Eigen::Index j = 0; j < left.rows(); ++j) {
+      if (!is_here(j)) continue;
+      for (Eigen::Index i = j % 3; i < left.cols(); i += 3)
+        magnitudes.push_back(std::abs(left(j, i)));
+    }
+    if (magnitudes.empty()) continue;
+    const auto middle = magnitudes.begin() + static_cast<std::ptrdiff_t>(magnitudes.size() / 2);
+    std::nth_element(magnitudes.begin(), middle, magnitudes.end());
+    const float limit = std::max(0.5F, static_cast<float>(kFarOff) * *middle);
+    for (Eigen::Index j = 0; j < left.rows(); ++j) {
+      if (is_here(j)) tamed.row(j) = left.row(j).max(-limit).min(limit);
+    }
+  }
+  return tamed;
+}
+
 }  // namespace
 
 ShiftFilter make_shift_filter(const RimStrip& strip,
                               const Eigen::ArrayXXf& left,
                               const StepProfile& step) {
+  const Eigen::ArrayXXf tamed = tamed_cells(strip, step, left);
   const Eigen::Index n = strip.n_rings();
   const double reach = kStepReach * step.sigma_px + 0.5;
   RingRange outside{0, 0};
@@ -130,8 +158,8 @@ ShiftFilter make_shift_filter(const RimStrip& strip,
   }
   const double around_px = 2 * static_cast<double>(strip.n_sectors());  // about
   const int n_waves = std::clamp(static_cast<int>(around_px / kShortestWave_px) - 1, 3, 24);
-  std::array<Eigen::VectorXd, 2> textures = {ring_autocovariance(left, outside, n_waves),
-                                             ring_autocovariance(left, inside, n_waves)};
+  std::array<Eigen::VectorXd, 2> textures = {ring_autocovariance(tamed, outside, n_waves),
+                                             ring_autocovariance(tamed, inside, n_waves)};
   if (outside.n() < kFewestRings) textures[0] = textures[1];
   if (inside.n() < kFewestRings) textures[1] = textures[0];
   for (Eigen::VectorXd& t : textures) t[0] = std::max(1.02 * t[0], kRoundingVariance / 2);

@@ -18,7 +18,9 @@ struct ShiftFilter {
   double variance = 0;      ///< of one sector's shift, for slow changes along the rim, px^2
 };
 
-/// In     left: the strip less each ring's median, without what is off at single places
+/// Single cells that are far off, dust and scratches, count as if they were at a limit.
+///
+/// In     left: the strip less each ring's median
 /// Source Aitken 1936
 ShiftFilter make_shift_filter(const RimStrip& strip,
                               const Eigen::ArrayXXf& left,

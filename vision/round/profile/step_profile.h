@@ -11,7 +11,7 @@ namespace panelcal::internal {
 /// A step beside the one of interest, as blurred as that one.
 struct OtherStep {
   double at_px = 0;
-  double height = 0;  ///< what the level changes by beyond it, grey levels
+  double height = 0;  ///< the change of level beyond it, grey levels
 };
 
 /// A step from surroundings to target as a function of the distance inwards:
@@ -32,7 +32,8 @@ struct StepProfile {
   double level(double x_px) const;
   /// Of the step alone, per px: the levels' own slopes left out.
   double steepness(double x_px) const;
-  /// How much of another step's height there is, and how fast it changes as that step moves.
+  /// The part of another step's height that is reached there, and its derivative by that step's
+  /// place, 1/px.
   double other_share(const OtherStep& other, double x_px) const;
   double other_steepness(const OtherStep& other, double x_px) const;
   double contrast() const { return inside - outside; }

@@ -44,8 +44,8 @@ RimStrip unroll(const RimWindow& window,
 Eigen::ArrayXd ring_medians(const RimStrip& strip, const std::vector<char>& use);
 
 /// Leaves of a strip the edge that lies nearest to a place and at most one more on either side.
-/// Where the slope of the levels has fallen and rises again, another edge begins; a slope that does
-/// not fall again is shading, which ends the strip.
+/// Another edge begins as soon as the slope of the levels has fallen and rises again; a slope that
+/// does not fall again is shading, which ends the strip.
 ///
 /// In     at_px: place across the strip; near_px: how far off the edge may be, as a sigma, which
 ///        weighs slopes; sign: of the inside's level less the outside's
