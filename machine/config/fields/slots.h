@@ -212,16 +212,23 @@ bool load_member(const void* object, FieldValue& value) {
   return get(follow(*static_cast<const Owner*>(object), path...), value);
 }
 
+/// A key that a rule beside the table reads, since its meaning hangs on other keys.
+template <class Owner>
+constexpr Field by_rule(std::string_view key, FieldKind kind, std::string_view meaning) {
+  Field field;
+  field.key = key;
+  field.kind = kind;
+  field.meaning = meaning;
+  field.owner = &kOwner<Owner>;
+  return field;
+}
+
 /// A text, a truth, a list of texts, a time: what has no range.
 template <class Owner, auto... path>
 constexpr Field field_in(std::string_view key, std::string_view meaning) {
-  Field field;
-  field.key = key;
-  field.kind = kind_of<MemberType<Owner, path...>>();
-  field.meaning = meaning;
+  Field field = by_rule<Owner>(key, kind_of<MemberType<Owner, path...>>(), meaning);
   field.store = store_member<Owner, path...>;
   field.load = load_member<Owner, path...>;
-  field.owner = &kOwner<Owner>;
   return field;
 }
 
@@ -300,13 +307,9 @@ bool store_word(void* object, const FieldValue& value) {
 template <auto parse, auto first, auto... more>
 constexpr Field word(std::string_view key, std::string_view expected, std::string_view meaning) {
   using Owner = typename MemberOf<decltype(first)>::Owner;
-  Field field;
-  field.key = key;
-  field.kind = FieldKind::Word;
+  Field field = by_rule<Owner>(key, FieldKind::Word, meaning);
   field.expected = expected;
-  field.meaning = meaning;
   field.store = store_word<parse, Owner, first, more...>;
-  field.owner = &kOwner<Owner>;
   return field;
 }
 
@@ -333,26 +336,11 @@ constexpr Field put_by(std::string_view key,
                        std::string_view expected,
                        std::string_view meaning) {
   using Owner = typename ArgumentOf<decltype(put)>::Owner;
-  Field field;
-  field.key = key;
-  field.kind = kind;
+  Field field = by_rule<Owner>(key, kind, meaning);
   field.expected = expected;
-  field.meaning = meaning;
   field.store = [](void* object, const FieldValue& value) {
     return put(*static_cast<Owner*>(object), value);
   };
-  field.owner = &kOwner<Owner>;
-  return field;
-}
-
-/// A key that a rule beside the table reads, since its meaning hangs on other keys.
-template <class Owner>
-constexpr Field by_rule(std::string_view key, FieldKind kind, std::string_view meaning) {
-  Field field;
-  field.key = key;
-  field.kind = kind;
-  field.meaning = meaning;
-  field.owner = &kOwner<Owner>;
   return field;
 }
 

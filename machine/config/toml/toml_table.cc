@@ -190,7 +190,7 @@ Expected<void> TomlTable::read_value(const Field& field, FieldValue& value) cons
     case FieldKind::Truth:
       return take(truth(key), value.truth);
     case FieldKind::Whole:
-      return take(integer(key, field.whole.low, field.whole.high), value.whole);
+      return take(integer(key, field.whole), value.whole);
     case FieldKind::Number:
       PANELCAL_CHECK(take(number(key, field.range), value.number));
       value.number = field.unit.stored(value.number);
@@ -301,13 +301,12 @@ bool TomlTable::is_off(std::string_view key) const {
 }
 
 Expected<std::optional<std::int64_t>> TomlTable::integer(std::string_view key,
-                                                         std::int64_t low,
-                                                         std::int64_t high) const {
+                                                         const WholeRange& range) const {
   const toml::node* node = table_->get(key);
   if (!node) return std::nullopt;
   const auto* whole = node->as_integer();
-  if (whole && whole->get() >= low && whole->get() <= high) return whole->get();
-  return failure(wrong_value(key, *node, fmt::format("a whole number from {} to {}", low, high)));
+  if (whole && range.contains(whole->get())) return whole->get();
+  return failure(wrong_value(key, *node, range.text()));
 }
 
 Expected<std::optional<std::string>> TomlTable::text(std::string_view key) const {

@@ -85,8 +85,7 @@ class TomlTable {
   Expected<std::optional<double>> number(std::string_view key, const Range& range) const;
   /// Whole numbers, written without a decimal point.
   Expected<std::optional<std::int64_t>> integer(std::string_view key,
-                                                std::int64_t low,
-                                                std::int64_t high) const;
+                                                const WholeRange& range) const;
   Expected<std::optional<std::string>> text(std::string_view key) const;
   Expected<std::optional<bool>> truth(std::string_view key) const;
   /// A date and a time on the wall, which has no zone: 2026-11-21T08:00:00.

@@ -18,11 +18,14 @@ Expected<std::optional<std::string>> FileNight::text_in_force(const Ledger& ledg
   return text;
 }
 
+bool FileNight::file_has(const std::string& text) const {
+  const Expected<std::string> present = read_file(file(), kMaxLedgerResultBytes);
+  return present && *present == text;
+}
+
 Expected<bool> FileNight::is_installed(const Ledger& ledger) const {
   PANELCAL_TRY(const std::optional<std::string> text, text_in_force(ledger));
-  if (!text) return true;
-  const Expected<std::string> present = read_file(file(), kMaxLedgerResultBytes);
-  return present && *present == *text;
+  return !text || file_has(*text);
 }
 
 /// Only what was never installed, and is not of the time before the first installation, was put
@@ -42,9 +45,8 @@ Expected<std::string> FileNight::by_hand(const Ledger& ledger) const {
 }
 
 Expected<bool> FileNight::install(const Ledger& ledger) {
-  PANELCAL_TRY(const bool is_there, is_installed(ledger));
-  if (is_there) return false;
   PANELCAL_TRY(const std::optional<std::string> text, text_in_force(ledger));
+  if (!text || file_has(*text)) return false;
   PANELCAL_CHECK(write_file(file(), *text));
   return true;
 }

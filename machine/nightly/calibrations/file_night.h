@@ -24,6 +24,9 @@ class FileNight : public NightCalibration {
   virtual std::optional<std::chrono::sys_seconds> date_of(const std::string& bytes) const = 0;
   /// The file as it should be; empty where nothing is in force.
   Expected<std::optional<std::string>> text_in_force(const Ledger& ledger) const;
+
+ private:
+  bool file_has(const std::string& text) const;
 };
 
 /// The date of bytes that such a reader of calibration files takes.
