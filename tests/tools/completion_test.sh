@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
 # What bash offers behind a word of the command line, from `panelcal help completion.bash`.
 #
 # usage: completion_test.sh PANELCAL

@@ -52,7 +52,7 @@ std::string registered_name(const CLI::Option& option) {
   return option.get_positional() ? option.get_name(true) : option.get_name(false, true);
 }
 
-const Row* row_of(const CLI::Option& option) {
+const Row* file_row_of(const CLI::Option& option) {
   const auto row = std::ranges::find(kFileOptions, registered_name(option), &Row::option);
   const bool is_flag = option.get_items_expected_max() == 0;
   return is_flag || row == kFileOptions.end() ? nullptr : &*row;
@@ -60,7 +60,7 @@ const Row* row_of(const CLI::Option& option) {
 
 void add_options(const CLI::App& app, std::vector<FileOption>& files) {
   for (const CLI::Option* const option : app.get_options()) {
-    const Row* const row = row_of(*option);
+    const Row* const row = file_row_of(*option);
     if (row == nullptr) continue;
     // synth makes a folder of pictures.
     const bool is_synth = row->use == FileUse::Output && app.get_name() == "synth";
@@ -83,7 +83,7 @@ std::vector<FileOption> file_options(const CLI::App& app) {
 }
 
 bool names_file(const CLI::Option& option) {
-  return row_of(option) != nullptr;
+  return file_row_of(option) != nullptr;
 }
 
 }  // namespace panelcal

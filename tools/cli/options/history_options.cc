@@ -21,7 +21,7 @@ void add_key(CLI::App& command, HistoryOptions& o, bool required) {
       ->required(required);
 }
 
-void add_json(CLI::App& command, HistoryOptions& o) {
+void add_entry_json(CLI::App& command, HistoryOptions& o) {
   command.add_flag("--json", o.json, "JSON instead of text");
 }
 
@@ -37,7 +37,7 @@ void add_list(CLI::App& command, HistoryOptions& o) {
 void add_history_list_options(CLI::App& command, HistoryOptions& o) {
   begin_history(command, o, HistoryOptions::Action::List);
   add_list(command, o);
-  add_json(command, o);
+  add_entry_json(command, o);
 }
 
 void add_history_export_options(CLI::App& command, HistoryOptions& o) {
@@ -49,7 +49,7 @@ void add_history_show_options(CLI::App& command, HistoryOptions& o) {
   begin_history(command, o, HistoryOptions::Action::Show);
   command.add_option("ID", o.ids, "Its number")->required()->expected(1);
   command.add_flag("--result", o.result, "The calibration itself, byte for byte");
-  add_json(command, o);
+  add_entry_json(command, o);
 }
 
 void add_history_diff_options(CLI::App& command, HistoryOptions& o) {
@@ -68,7 +68,7 @@ void add_history_diff_options(CLI::App& command, HistoryOptions& o) {
   add_clock(command, o.clock);
   add_limit(command, o.max_operations);
   add_reading(command, o.reading, program);
-  add_json(command, o);
+  add_entry_json(command, o);
 }
 
 void add_history_rollback_options(CLI::App& command, HistoryOptions& o) {
@@ -77,7 +77,7 @@ void add_history_rollback_options(CLI::App& command, HistoryOptions& o) {
   command.add_option("--to", o.to, "Entry to go back to (default: the one before)");
   command.add_option("--reason", o.reason, "Why, for those who read it later")->required();
   command.add_option("--by", o.asked_by, "Who asks (default: the user)");
-  add_json(command, o);
+  add_entry_json(command, o);
 }
 
 void add_history_fresh_start_options(CLI::App& command, HistoryOptions& o) {
@@ -86,7 +86,7 @@ void add_history_fresh_start_options(CLI::App& command, HistoryOptions& o) {
   command.add_option("--reason", o.reason, "Reason: the part that was changed or examined")
       ->required();
   command.add_option("--by", o.asked_by, "Name of the person (default: the user)");
-  add_json(command, o);
+  add_entry_json(command, o);
 }
 
 void add_history_plot_options(CLI::App& command, HistoryOptions& o) {
@@ -100,7 +100,7 @@ void add_history_verify_options(CLI::App& command, HistoryOptions& o) {
   command.add_option(
       "-m,--machine", o.machine_file, "machine.toml: its calibrations and its reports");
   command.add_option("--against", o.against, "Files, or folders of .json and .html files");
-  add_json(command, o);
+  add_entry_json(command, o);
 }
 
 }  // namespace panelcal
