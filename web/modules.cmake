@@ -1,0 +1,9 @@
+# SPDX-License-Identifier: Apache-2.0
+# The front end in the order in which its modules are joined: a module behind those that it imports.
+set(PANELCAL_WEB_MODULES
+    base/dom.js
+    base/words.js
+    base/format.js
+    base/colours.js
+    views/job.js
+    main.js)
