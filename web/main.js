@@ -2,7 +2,9 @@
 // Reads the facts of the page and shows them by the view of their kind.
 import { element } from "./base/dom.js";
 import { language, speak, word } from "./base/words.js";
+import { historyView } from "./views/history.js";
 import { jobView } from "./views/job.js";
+import { nightView } from "./views/night.js";
 
 /**
  * A view of one kind of facts. `pictures` are data: addresses by the names that the facts use.
@@ -11,7 +13,9 @@ import { jobView } from "./views/job.js";
 
 /** @type {View[]} */
 const views = [
+  historyView,
   jobView,
+  nightView,
 ];
 
 /** @param {string} id */

@@ -5,5 +5,11 @@ set(PANELCAL_WEB_MODULES
     base/words.js
     base/format.js
     base/colours.js
+    figures/pointed.js
+    figures/chart.js
+    figures/nights.js
+    figures/panel_arrows.js
+    views/history.js
     views/job.js
+    views/night.js
     main.js)

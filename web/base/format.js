@@ -97,3 +97,41 @@ export function probability(risk) {
 export function percent(share, decimals = 1) {
   return `${fixed(share === null || share === undefined ? null : 100 * share, decimals)}\u00a0%`;
 }
+
+/** @param {string} text @param {string} unit empty for a plain number */
+function withUnit(text, unit) {
+  return unit ? `${text}\u00a0${unit}` : text;
+}
+
+/** The unit in which people read small values of a unit.
+ * @param {string} unit */
+export function shownUnit(unit) {
+  if (unit === "mm") return { factor: 1e3, name: "\u00b5m" };
+  if (unit === "rad") return { factor: 1e3, name: "mrad" };
+  return { factor: 1, name: unit === "1" ? "" : unit };
+}
+
+/**
+ * A difference or a sigma, with its unit: 4.1 \u00b5m.
+ * @param {number | null | undefined} value
+ * @param {string} unit
+ * @param {boolean} [signed]
+ */
+export function amount(value, unit, signed = false) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return unknown;
+  if (unit === "mm" && Math.abs(value) >= 1) return `${fixed(value, 3, { signed })}\u00a0mm`;
+  const { factor, name } = shownUnit(unit);
+  if (factor !== 1) return `${fixed(factor * value, unit === "mm" ? 1 : 3, { signed })}\u00a0${name}`;
+  const form = new Intl.NumberFormat(language(), { maximumSignificantDigits: 4, signDisplay: signed ? "always" : "auto" });
+  return withUnit(form.format(value).replace("-", "\u2212"), name);
+}
+
+/**
+ * A value itself, with the digits that matter on a machine.
+ * @param {number | null | undefined} value
+ * @param {string} unit
+ */
+export function absolute(value, unit) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return unknown;
+  return unit === "mm" ? millimetres(value, 4) : withUnit(shortest(value), unit === "1" ? "" : unit);
+}

@@ -43,7 +43,7 @@ class HistoryCommandLine {
     fresh->add_option("--reason", o.reason, "Reason: the part that was changed or examined")
         ->required();
     fresh->add_option("--by", o.asked_by, "Name of the person (default: the user)");
-    CLI::App* plot = add_action("plot", "One parameter over time, as SVG", Action::Plot);
+    CLI::App* plot = add_action("plot", "One parameter over time, a line an entry", Action::Plot);
     add_key(plot, true);
     plot->add_option("--parameter", o.parameter, "Its name, as `show` lists it")->required();
     CLI::App* verify = add_action("verify",
@@ -53,8 +53,11 @@ class HistoryCommandLine {
     verify->add_option(
         "-m,--machine", o.machine_file, "machine.toml: its calibrations and its reports");
     verify->add_option("--against", o.against, "Files, or folders of .json and .html files");
-    for (CLI::App* command : {list, show, diff, back, fresh, verify}) {
-      command->add_flag("--json", o.json, "JSON instead of text");
+    for (CLI::App* command : {list, show, diff, back, fresh, plot, verify}) {
+      command->add_option("--json", o.json, "The facts as JSON; - is standard output");
+    }
+    for (CLI::App* command : {list, show, diff, plot}) {
+      command->add_option("--report", o.report, "A page of the facts (.html)");
     }
   }
 
@@ -82,9 +85,7 @@ class HistoryCommandLine {
     HistoryOptions& o = options_;
     diff->add_option("ID", o.ids, "Two numbers: before and after")->required()->expected(2);
     CLI::Option* program =
-        diff->add_option("--program",
-                         o.program,
-                         "Show how far every hole of this job would move; -o is its picture");
+        diff->add_option("--program", o.program, "Show how far every hole of this job would move");
     CLI::Option* machine = diff->add_option("-m,--machine", o.machine_file, "machine.toml");
     program->needs(machine);
     machine->needs(program);

@@ -299,7 +299,7 @@ class CommandLine {
         "--again", o.is_again, "Calibrate again what this night has calibrated already");
     nightly_->add_option(
         "--report", o.report, "The report's page (default: [nightly] reports/NIGHT.html)");
-    nightly_->add_option("--json", o.json, "The same for programs; - is standard output");
+    nightly_->add_option("--json", o.json, "The facts as JSON; - is standard output");
     nightly_
         ->add_option("--temperature", o.temperature_c, "Of the machine, degC (default: [nightly])")
         ->check(CLI::Range(-50.0, 100.0));

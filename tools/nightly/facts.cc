@@ -1,26 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "calib/base/json/facts.h"
+
 #include "calib/base/clock.h"
 #include "machine/nightly/checks/warm_up.h"
 #include "tools/nightly/report.h"
-#include <nlohmann/json.hpp>
 
 namespace panelcal::nightly {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using facts::Json;
+using facts::number;
 
-Json optional_number(const std::optional<double>& value) {
-  return value ? Json(*value) : Json();
-}
-
-Json vector(const Eigen::VectorXd& values) {
-  Json out = Json::array();
-  for (Eigen::Index i = 0; i < values.size(); ++i) out.push_back(values[i]);
-  return out;
-}
+/// With the key "facts" the object is the document of facts; the version grows with its schema.
+constexpr int kNightVersion = 1;
 
 Json time(std::chrono::sys_seconds value) {
   return iso_8601(value);
+}
+
+Json id(const std::optional<std::int64_t>& value) {
+  return value ? Json(*value) : Json();
+}
+
+template <class Range, class Function>
+Json json_list(const Range& range, Function function) {
+  Json out = Json::array();
+  for (const auto& item : range) out.push_back(function(item));
+  return out;
+}
+
+Json numbers(const std::vector<double>& values) {
+  return json_list(values, [](double value) { return number(value); });
 }
 
 std::string_view outcome_word(NightOutcome outcome) {
@@ -53,34 +63,33 @@ Json check(const SelfTestCheck& c) {
   return {{"name", c.name},
           {"passed", c.passed},
           {"text", c.text},
-          {"value", optional_number(c.value)},
-          {"limit", optional_number(c.limit)},
+          {"value", number(c.value)},
+          {"limit", number(c.limit)},
           {"unit", c.unit}};
 }
 
 Json axis(const NightAxis& a) {
   return {{"name", a.name},
           {"unit", a.unit},
-          {"old", optional_number(a.old_value)},
-          {"new", optional_number(a.new_value)},
-          {"sigma", optional_number(a.new_sigma)},
-          {"expected", optional_number(a.expected)},
-          {"expected_sigma", optional_number(a.expected_sigma)}};
+          {"old", number(a.old_value)},
+          {"new", number(a.new_value)},
+          {"sigma", number(a.new_sigma)},
+          {"expected", number(a.expected)},
+          {"expected_sigma", number(a.expected_sigma)}};
 }
 
 Json decision(const NightDecision& d) {
-  Json gates = Json::array();
-  for (const NightGate& gate : d.gates) {
-    gates.push_back({{"name", gate.name}, {"passed", gate.passed}, {"text", gate.text}});
-  }
-  return {{"verdict", std::string(name(d.verdict))}, {"gates", gates}, {"reasons", d.reasons}};
+  const Json gates = json_list(d.gates, [](const NightGate& gate) {
+    return Json{{"name", gate.name}, {"passed", gate.passed}, {"text", gate.text}};
+  });
+  return {{"verdict", name(d.verdict)}, {"gates", gates}, {"reasons", d.reasons}};
 }
 
 Json quality(const NightQuality& q) {
   return {{"name", q.name},
           {"unit", q.unit},
-          {"value", q.value},
-          {"usual", optional_number(q.usual)},
+          {"value", number(q.value)},
+          {"usual", number(q.usual)},
           {"alarm", q.is_alarm},
           {"text", q.text}};
 }
@@ -89,51 +98,43 @@ Json forecast(const NightStep& step) {
   Json out = {{"text", step.forecast_text}};
   if (!step.forecast) return out;
   const DrillForecast& f = *step.forecast;
-  const bool has_end = f.answer == DrillAnswer::Until;
-  out["answer"] = std::string(outcome_word(f.answer));
-  out["chance_now"] = f.chance_now;
-  out["error"] = vector(f.error);
+  out["answer"] = outcome_word(f.answer);
+  out["chance_now"] = number(f.chance_now);
+  out["error"] = numbers({f.error.data(), f.error.data() + f.error.size()});
   out["now"] = time(f.now);
-  out["until"] = has_end ? time(f.until) : Json();
+  out["until"] = f.answer == DrillAnswer::Until ? time(f.until) : Json();
   return out;
 }
 
 Json plot_point(const NightPlotPoint& p) {
   return {{"time", time(p.time)},
-          {"value", p.value},
-          {"sigma", p.sigma},
+          {"value", numbers(p.value)},
+          {"sigma", numbers(p.sigma)},
           {"refused", p.is_refused},
           {"fresh_start", p.is_fresh_start},
           {"alarm", p.is_alarm},
-          {"in_force", p.in_force}};
+          {"in_force", numbers(p.in_force)},
+          {"ledger_id", id(p.ledger_id)},
+          {"asked_by", p.asked_by},
+          {"by_hand", p.is_by_hand}};
 }
 
 Json hole(const NightHole& h) {
-  return {{"place_mm", vector(h.place_mm)},
-          {"residual_mm", vector(h.residual_mm)},
+  return {{"place_mm", facts::point(h.place_mm)},
+          {"residual_mm", facts::point(h.residual_mm)},
           {"outlier", h.is_outlier}};
-}
-
-Json problem(const Diagnostic& diagnostic) {
-  return {{"code", std::string(info(diagnostic.code).slug)}, {"text", diagnostic.text()}};
-}
-
-template <class Range, class Function>
-Json json_list(const Range& range, Function function) {
-  Json out = Json::array();
-  for (const auto& item : range) out.push_back(function(item));
-  return out;
 }
 
 Json step(const NightStep& s) {
   Json out = {{"kind", s.kind},
               {"subject", s.subject},
-              {"state", std::string(name(s.state))},
+              {"state", name(s.state)},
               {"from_earlier_run", s.is_from_earlier_run},
               {"summary", s.summary},
               {"axes", json_list(s.axes, axis)},
-              {"change", optional_number(s.change)},
-              {"change_sigma", optional_number(s.change_sigma)},
+              {"change", number(s.change)},
+              {"change_sigma", number(s.change_sigma)},
+              {"tolerance", number(s.tolerance)},
               {"decision", s.decision ? decision(*s.decision) : Json()},
               {"qualities", json_list(s.qualities, quality)},
               {"alarms", s.alarms},
@@ -142,24 +143,26 @@ Json step(const NightStep& s) {
               {"series", json_list(s.series, plot_point)},
               {"holes", json_list(s.holes, hole)},
               {"fit_report", s.fit_report},
-              {"file", s.file.string()}};
-  out["ledger_id"] = s.ledger_id ? Json(*s.ledger_id) : Json();
-  out["in_force_id"] = s.in_force_id ? Json(*s.in_force_id) : Json();
-  out["problem"] = s.problem ? problem(*s.problem) : Json();
+              {"file", s.file.string()},
+              {"ledger_id", id(s.ledger_id)},
+              {"in_force_id", id(s.in_force_id)},
+              {"problem", Json()}};
+  if (s.problem) {
+    out["problem"] = {{"code", info(s.problem->code).slug}, {"text", s.problem->text()}};
+  }
   return out;
 }
 
 }  // namespace
 
-std::string night_json(const NightRecord& r, const Provenance& provenance) {
-  Json out = {{"panelcal", "night"},
-              {"version", 1},
-              {"machine", r.machine},
+facts::Json night_facts(const NightRecord& r, const Provenance& provenance) {
+  Json out = facts::envelope("night", kNightVersion);
+  out.update({{"machine", r.machine},
               {"night", r.night},
               {"may_drill", r.may_drill},
               {"drill_until", r.drill_until ? time(*r.drill_until) : Json()},
               {"verdict", r.verdict},
-              {"outcome", std::string(outcome_word(r.outcome))},
+              {"outcome", outcome_word(r.outcome)},
               {"exit_code", exit_code(r)},
               {"dry_run", r.is_dry_run},
               {"resumed", r.is_resumed},
@@ -167,19 +170,19 @@ std::string night_json(const NightRecord& r, const Provenance& provenance) {
               {"finished", time(r.finished)},
               {"software", r.software},
               {"asked_by", r.asked_by},
-              {"temperature_c", optional_number(r.temperature_c)},
-              {"warmed_up_s", r.warmed_up.in_s()},
+              {"temperature_c", number(r.temperature_c)},
+              {"warmed_up_s", number(r.warmed_up.in_s())},
               {"changes", r.changes},
               {"notes", r.notes},
               {"checks", json_list(r.checks, check)},
               {"steps", json_list(r.steps, step)},
               {"config_file", r.config_file.string()},
               {"ledger_file", r.ledger_file.string()},
-              {"ledger_head", {{"id", r.head.id}, {"hash", r.head.hash}}}};
+              {"ledger_head", {{"id", r.head.id}, {"hash", r.head.hash}}}});
   out["warm_up"] = r.warm_up ? Json::parse(warm_up_json(*r.warm_up)) : Json();
   out["provenance"] = Json::object();
   for (const auto& [key, value] : provenance) out["provenance"][key] = value;
-  return out.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  return out;
 }
 
 }  // namespace panelcal::nightly
