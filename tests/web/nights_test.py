@@ -122,7 +122,7 @@ class Pages(unittest.TestCase):
         x = step["series"][-1]["value"][0] + 1e-3 * math.sin(10)
         self.assertEqual(lines[0], "2026-09-11 02:00 UTC")
         self.assertTrue(lines[1].startswith(f"{x:.4f}\u00a0mm"), lines)
-        self.assertIn("entry 11", lines[2])
+        self.assertEqual(lines[2], "installed, entry 11")
         self.assertIn("asked by timer", lines)
         self.assertTrue(any("limit" in line for line in lines), lines)
         self.assertIn("refused, entry 46", self.browser.point_at("svg.chart .cross")[2])

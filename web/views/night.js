@@ -118,7 +118,7 @@ function stepCharts(step, facts) {
     expected: axis.expected, expectedSigma: axis.expected_sigma,
     found: step.series.map((/** @type {any} */ night) => ({
       time: night.time, value: night.value[i] ?? null, sigma: night.sigma[i], mark: night.refused ? "cross" : "filled",
-      state: night.refused ? word("chart_cross") : night.by_hand ? word("chart_by_hand") : word("chart_filled"),
+      state: night.refused ? word("chart_cross") : night.by_hand ? word("chart_by_hand") : word("night_state_installed"),
       who: night.asked_by || facts.asked_by, entry: night.ledger_id ?? step.ledger_id, inForce: night.in_force[i],
       alarm: night.alarm, freshStart: night.fresh_start,
     })),
