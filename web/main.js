@@ -3,6 +3,8 @@
 import { element } from "./base/dom.js";
 import { language, speak, word } from "./base/words.js";
 import { jobView } from "./views/job.js";
+import { planView } from "./views/plan.js";
+import { surfaceView } from "./views/surface.js";
 
 /**
  * A view of one kind of facts. `pictures` are data: addresses by the names that the facts use.
@@ -12,6 +14,8 @@ import { jobView } from "./views/job.js";
 /** @type {View[]} */
 const views = [
   jobView,
+  planView,
+  surfaceView,
 ];
 
 /** @param {string} id */

@@ -5,5 +5,13 @@ set(PANELCAL_WEB_MODULES
     base/words.js
     base/format.js
     base/colours.js
+    base/columns.js
+    base/leverage.js
+    figures/plane.js
+    figures/field.js
+    figures/leverage_map.js
+    figures/surface_map.js
     views/job.js
+    views/plan.js
+    views/surface.js
     main.js)

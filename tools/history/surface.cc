@@ -26,7 +26,7 @@ Expected<std::string> surface_answer(const CalibrationEntry& before,
   }
   const surface::ComparedMaps maps = {
       earlier, later, std::move(was), std::move(is), *std::move(difference)};
-  return as_json ? surface::difference_json(maps) : surface::difference_text(maps);
+  return as_json ? facts::text(surface::difference_figures(maps)) : surface::difference_text(maps);
 }
 
 }  // namespace panelcal::history

@@ -136,10 +136,11 @@ class CommandLine {
     PlanOptions& o = plan_options_;
     plan_->add_option("PROGRAM", o.program, "Part program; - is standard input")->required();
     plan_->add_option("-m,--machine", o.machine, "machine.toml")->required();
-    plan_->add_option("-o,--output", o.output, "Picture of the plan (.svg), or a page (.html)");
-    plan_->add_flag("--json", o.json, "One JSON object instead of text");
+    plan_->add_option(
+        "--report", o.report, "The plan as a page that moves with its targets (.html)");
+    plan_->add_option("--json", o.json, "The plan as facts for programs; - is standard output");
     plan_->add_option("--add", o.n_added, "Further targets to propose together")
-        ->check(CLI::Range(1, 20))
+        ->check(CLI::Range(1, 20))  // plan::kMostAdded
         ->capture_default_str();
     CLI::Option* sigma = plan_->add_option("--fiducial-sigma-um",
                                            o.fiducial_sigma_um,

@@ -19,12 +19,16 @@ CLI::App* add(
     CLI::App& surface, SurfaceOptions& o, const char* name, const char* summary, What what) {
   CLI::App* command = surface.add_subcommand(name, summary);
   command->footer(std::string(command_footer(std::string("surface ") + name)));
-  command->add_flag("--json", o.json, "JSON instead of text");
+  command->add_option("--json", o.json, "The result as facts for programs; - is standard output");
   command->callback([&o, what] { o.what = what; });
   return command;
 }
 
 constexpr const char* kClock = "Date and time for texts, such as 2026-11-21T13:45:00";
+
+void add_report(CLI::App* command, SurfaceOptions& o, const char* what) {
+  command->add_option("--report", o.report, what);
+}
 
 /// Of a map of several zones one is taken.
 void add_zone(CLI::App* command, SurfaceOptions& o) {
@@ -92,8 +96,7 @@ void add_fit(CLI::App& surface, SurfaceOptions& o) {
       ->capture_default_str();
   fit->add_option("--zaxis", o.z_axis, "Whose heights, of probes with several Z axes (from 0)")
       ->check(CLI::Range(0, 63));
-  fit->add_option("--plot", o.plot, "Picture of heights and sigmas (.svg)");
-  fit->add_option("--report", o.report, "The same with tables, as a page (.html)");
+  add_report(fit, o, "Heights, sigmas and probes as a page (.html)");
 }
 
 void add_query(CLI::App& surface, SurfaceOptions& o) {
@@ -112,7 +115,7 @@ void add_diff(CLI::App& surface, SurfaceOptions& o) {
   CLI::App* diff = add(surface, o, "diff", "Compare one map with another", What::Diff);
   diff->add_option("MAP", o.files, "Two maps: before and after")->required()->expected(2);
   add_zone(diff, o);
-  diff->add_option("--plot", o.plot, "Picture of the difference (.svg)");
+  add_report(diff, o, "The difference as a page (.html)");
 }
 
 void add_plan(CLI::App& surface, SurfaceOptions& o) {
@@ -141,10 +144,8 @@ void add_plan(CLI::App& surface, SurfaceOptions& o) {
   amplitude->needs(length)->excludes(map);
   length->needs(amplitude)->excludes(map);
   amplitude->needs(sigma);
-  plan->add_option("-o,--output",
-                   o.output,
-                   "List of the places, in the order to probe (.csv), or the plan (.json)");
-  plan->add_option("--plot", o.plot, "Picture of the plan (.svg)");
+  plan->add_option("-o,--output", o.output, "List of the places, in the order to probe (.csv)");
+  add_report(plan, o, "The plan as a page (.html)");
 }
 
 void add_apply(CLI::App& surface, SurfaceOptions& o) {
