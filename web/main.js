@@ -5,6 +5,8 @@ import { language, speak, word } from "./base/words.js";
 import { historyView } from "./views/history.js";
 import { jobView } from "./views/job.js";
 import { nightView } from "./views/night.js";
+import { planView } from "./views/plan.js";
+import { surfaceView } from "./views/surface.js";
 
 /**
  * A view of one kind of facts. `pictures` are data: addresses by the names that the facts use.
@@ -16,6 +18,8 @@ const views = [
   historyView,
   jobView,
   nightView,
+  planView,
+  surfaceView,
 ];
 
 /** @param {string} id */

@@ -5,11 +5,19 @@ set(PANELCAL_WEB_MODULES
     base/words.js
     base/format.js
     base/colours.js
+    base/columns.js
+    base/leverage.js
     figures/pointed.js
     figures/chart.js
     figures/nights.js
     figures/panel_arrows.js
-    views/history.js
+    figures/plane.js
+    figures/field.js
+    figures/leverage_map.js
+    figures/surface_map.js
     views/job.js
+    views/plan.js
+    views/surface.js
+    views/history.js
     views/night.js
     main.js)

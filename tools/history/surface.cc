@@ -25,7 +25,7 @@ Expected<Answer> surface_answer(const CalibrationEntry& before,
   }
   const surface::ComparedMaps maps = {
       earlier, later, std::move(was), std::move(is), *std::move(difference)};
-  return Answer{surface::difference_text(maps), facts::Json::parse(surface::difference_json(maps))};
+  return Answer{surface::difference_text(maps), surface::difference_facts(maps, {})};
 }
 
 }  // namespace panelcal::history

@@ -4,6 +4,7 @@
 #include "calib/base/clock.h"
 #include "machine/nightly/checks/warm_up.h"
 #include "tools/nightly/report.h"
+#include "tools/surface/made_facts.h"
 
 namespace panelcal::nightly {
 namespace {
@@ -125,6 +126,13 @@ Json hole(const NightHole& h) {
           {"outlier", h.is_outlier}};
 }
 
+/// As `panelcal surface fit` has a map.
+Json surface_map(const StoredMap& probed) {
+  const surface::MadeMap made = surface::made_map(
+      {probed.points, ZonedMap(probed.map), probed.sources, probed.made_by}, {}, {});
+  return surface::made_facts(made, {});
+}
+
 Json step(const NightStep& s) {
   Json out = {{"kind", s.kind},
               {"subject", s.subject},
@@ -142,6 +150,7 @@ Json step(const NightStep& s) {
               {"since_when", s.since_when},
               {"series", json_list(s.series, plot_point)},
               {"holes", json_list(s.holes, hole)},
+              {"surface", s.surface ? surface_map(*s.surface) : Json()},
               {"fit_report", s.fit_report},
               {"file", s.file.string()},
               {"ledger_id", id(s.ledger_id)},

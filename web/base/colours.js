@@ -38,3 +38,15 @@ export function scaleColour(share) {
 export function scaleCss(share) {
   return `rgb(${scaleColour(share).join(" ")})`;
 }
+
+/**
+ * A colour for a difference from -1 (blue) over 0 (grey) to 1 (orange): red, green, blue.
+ * @param {number} share
+ * @returns {[number, number, number]}
+ */
+export function differenceColour(share) {
+  const middle = [236, 236, 236], end = share < 0 ? [5, 92, 157] : [192, 79, 0];
+  const at = Math.min(1, Math.abs(Number.isFinite(share) ? share : 0));
+  const mix = (/** @type {number} */ k) => Math.round(middle[k] + at * (end[k] - middle[k]));
+  return [mix(0), mix(1), mix(2)];
+}

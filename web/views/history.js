@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pages of a ledger: its entries over time, one entry, and what a change of calibration does to a job.
 import { append, chip, element, section, table, tile } from "../base/dom.js";
-import { absolute, amount, fixed, micrometres, place, shortest, whole } from "../base/format.js";
+import { absolute, amount, fixed, micrometres, place, whole } from "../base/format.js";
 import { word, wordOf } from "../base/words.js";
-import { panelArrows } from "../figures/panel_arrows.js";
 import { chart, chartLegend, secondsOf, timeText } from "../figures/chart.js";
 import { nightsChart, nightsLegend } from "../figures/nights.js";
+import { panelArrows } from "../figures/panel_arrows.js";
+import { differencePage } from "./surface.js";
 
 const verdictKinds = { installed: "good", refused: "refused", "rolled-back": "suspect" };
 /** @type {Record<string, "filled" | "hollow" | "cross">} */
@@ -182,21 +183,6 @@ function jobSection(job) {
     job.notes.map((/** @type {string} */ note) => element("p", { class: "quiet text" }, note)));
 }
 
-/** @param {any} difference */
-function surfaceSection(difference) {
-  const { surface } = difference;
-  const measured = (/** @type {any} */ one) => (one ? `${fixed(one.value, 1, { signed: true })} \u00b1 ${fixed(one.sigma, 1)}` : "\u2013");
-  const judged = (/** @type {any} */ part) => !part ? "" : `${part.chance < 0.01 ? word("history_changed") : word("history_scatter")} (${shortest(part.chance)})`;
-  return section("surface", word("history_surface"),
-    element("p", {}, chip(surface.changed ? "suspect" : "good", surface.changed ? word("history_changed") : word("history_scatter"))),
-    table([{ title: "" }, { title: "", number: true }, { title: word("history_chance") }], [
-      [word("history_offset"), `${measured(surface.offset_um)} \u00b5m`, judged(surface.offset)],
-      [word("history_tilt"), `${measured(surface.tilt_x_um_m)}; ${measured(surface.tilt_y_um_m)} \u00b5m/m`, judged(surface.tilt)],
-      surface.bow && [word("history_bow"), `${measured(surface.bow_x_um)}; ${measured(surface.bow_y_um)} \u00b5m`, judged(surface.bow)],
-      [word("history_greatest"), `${fixed(surface.greatest_um, 1, { signed: true })} \u00b1 ${fixed(surface.greatest_sigma_um, 1)} \u00b5m`,
-        place(surface.greatest_at)]].filter(Boolean)));
-}
-
 /** @param {any} verification */
 function verifySection(verification) {
   return section("verification", element("span", {}, word("history_verified"), " ", chip("good", word("history_undamaged"))),
@@ -213,7 +199,7 @@ function entrySections(facts) {
   if (!entries?.length) return command === "verify" ? null : section("entries", word("history_entries"), word("history_no_entries"));
   if (difference) {
     return [section("parameters", word("history_parameters", { subject: subjectOf(entries[1]) }), changesTable(difference)),
-      difference.job && jobSection(difference.job), difference.surface && surfaceSection(difference),
+      difference.job && jobSection(difference.job), difference.surface && differencePage(difference.surface),
       ...entries.map(entrySection)];
   }
   if (entries.length === 1 && !parameter) return entrySection(entries[0]);

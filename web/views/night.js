@@ -5,7 +5,9 @@ import { absolute, amount, fixed, place, whole } from "../base/format.js";
 import { word, wordOf } from "../base/words.js";
 import { panelArrows } from "../figures/panel_arrows.js";
 import { chart, secondsOf, timeText } from "../figures/chart.js";
+import { fieldOf } from "../figures/field.js";
 import { nightsChart, nightsLegend } from "../figures/nights.js";
+import { residualFigure, zoneFigure } from "../figures/surface_map.js";
 
 const stateKinds = { installed: "good", "kept old": "suspect", "would run": "suspect" };
 
@@ -162,6 +164,17 @@ function stepReasons(step) {
   ];
 }
 
+/** The map that the night probed.
+ * @param {any} surface */
+function surfaceFigures(surface) {
+  if (!surface) return null;
+  const [zone] = surface.zones;
+  const heights = fieldOf(zone.field, zone.field.height_mm), sigmas = fieldOf(zone.field, zone.field.sigma_um);
+  const all = { zone, facts: surface, heights, sigmas };
+  return [element("h3", {}, word("night_surface_tonight")), element("div", { class: "figures" },
+    zoneFigure({ ...all, isHeights: true }), zoneFigure({ ...all, isHeights: false }), residualFigure(zone))];
+}
+
 /** @param {any} step */
 function smallPrint(step) {
   const texts = [step.ledger_id && word("night_entry", { id: step.ledger_id }),
@@ -186,7 +199,7 @@ function nightStep(step, i, facts) {
       checkList(step.qualities.map((/** @type {any} */ quality) => ({
         kind: quality.alarm ? "refused" : "good", state: word(quality.alarm ? "night_unusual" : "night_usual"),
         name: quality.name, text: quality.text })))] : null,
-    stepCharts(step, facts), smallPrint(step));
+    surfaceFigures(step.surface), stepCharts(step, facts), smallPrint(step));
 }
 
 /** The mark while the machine warmed up.
