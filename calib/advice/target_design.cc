@@ -10,20 +10,15 @@
 #include <Eigen/Core>
 
 namespace panelcal {
-namespace {
+namespace internal {
 
-/// d coefficients / d parameters at the drawn panel.
-internal::ModelJacobian basis(PanelModel model) {
-  internal::ModelParameters p = internal::ModelParameters::Zero(parameter_count(model));
+ModelJacobian drawn_jacobian(PanelModel model) {
+  ModelParameters p = ModelParameters::Zero(parameter_count(model));
   if (model == PanelModel::Similarity) p[0] = 1;
   if (model == PanelModel::Stretch) p[1] = p[2] = 1;
   if (model == PanelModel::Affine) p[0] = p[3] = 1;
-  return internal::coefficient_jacobian(model, p);
+  return coefficient_jacobian(model, p);
 }
-
-}  // namespace
-
-namespace internal {
 
 Eigen::Matrix2d weight(const DesignTarget& target) {
   // Of a covariance that is not positive definite nothing counts; predict_fit refuses it.
@@ -41,7 +36,7 @@ MapCovariance covariance_of(const MapCovariance& information,
                             PanelModel model,
                             const MapCovariance& base_cov,
                             double ridge) {
-  const ModelJacobian b = basis(model);
+  const ModelJacobian b = drawn_jacobian(model);
   using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
   Small normal = b.transpose() * information * b;
   normal.diagonal().array() += ridge;

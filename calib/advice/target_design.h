@@ -84,6 +84,9 @@ PredictedFitResult predict_fit(std::span<const DesignTarget> targets,
 
 namespace internal {
 
+/// d [l00 l01 l10 l11 tx ty] / d parameters at the drawn panel, where the map is the identity.
+ModelJacobian drawn_jacobian(PanelModel model);
+
 /// The weight of a target, cov^-1; 0 for what it does not show.
 Eigen::Matrix2d weight(const DesignTarget& target);
 

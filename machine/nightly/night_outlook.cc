@@ -53,6 +53,11 @@ void fill_series(const NightHistory& history,
     if (!is_last && i < history.in_force_values.size() && history.in_force_values[i]) {
       out.in_force = list(*history.in_force_values[i]);
     }
+    if (i < history.ids.size()) {
+      out.ledger_id = history.ids[i];
+      out.asked_by = history.asked_by[i];
+      out.is_by_hand = history.is_by_hand[i];
+    }
     step.series.push_back(std::move(out));
   }
 }
@@ -101,6 +106,7 @@ Expected<void> fill_forecast(const DriftModel& model,
   PANELCAL_TRY(step.forecast, may_drill(model, *in_force, now, config.limits.old));
   if (tonight.is_left_out) limit_to_trust(model, config.limits.old, *step.forecast);
   step.forecast_text = words_of(*step.forecast, config.limits.old, unit);
+  step.tolerance = config.limits.old.tolerance;
   return {};
 }
 

@@ -17,6 +17,7 @@ by that of the best of scipy's three interpolators (thin plate and cubic RBF, li
 import argparse
 import concurrent.futures
 import importlib.util
+import base64
 import json
 import os
 import subprocess
@@ -55,10 +56,15 @@ def rms(values):
 def ask(panelcal, map_file, places):
     text = "".join(f"{x!r},{y!r}\n" for x, y in places.tolist())
     run = subprocess.run(
-        [panelcal, "surface", "query", map_file, "-", "--json"], input=text, capture_output=True, text=True, check=False
+        [panelcal, "surface", "query", map_file, "-", "--json", "-"], input=text, capture_output=True, text=True, check=False
     )
-    found = [json.loads(line) for line in run.stdout.splitlines()]
-    return [[one.get("height", np.nan), one.get("sigma", np.nan)] for one in found]
+    table = json.loads(run.stdout)["places"]
+    # Long columns are packed, and a refused place has none of both.
+    height_mm, sigma_um = (
+        np.frombuffer(base64.b64decode(table[key]["base64"]), "<f4") if isinstance(table[key], dict) else np.array(table[key], float)
+        for key in ("height_mm", "sigma_um")
+    )
+    return np.column_stack([height_mm, sigma_um / 1e3]).tolist()
 
 
 def by_command(panelcal, board):
@@ -68,11 +74,11 @@ def by_command(panelcal, board):
         with open(probes, "w", encoding="ascii") as file:
             file.write(reference.probe_lines(board))
         made = subprocess.run(
-            [panelcal, "surface", "fit", probes, "-o", map_file, "--json"], capture_output=True, text=True, check=False
+            [panelcal, "surface", "fit", probes, "-o", map_file, "--json", "-"], capture_output=True, text=True, check=False
         )
         if made.returncode != 0:
             return {"refused": made.stderr.strip()}
-        facts = json.loads(made.stdout)
+        facts = json.loads(made.stdout)["zones"][0]
         left_out = [one["line"] - 1 for one in facts["left_out"]]
         kept = np.setdiff1d(np.arange(board["n"]), left_out)
         found = ask(panelcal, map_file, np.vstack([board["places"], np.round(board["probes"][kept], 4)]))

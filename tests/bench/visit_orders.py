@@ -24,7 +24,7 @@ def visits(panelcal, folder, places):
     (folder / "m.toml").write_text(
         f'[vision]\nrotate = {len(places)}\nmodel = "stretch"\n'
         '[[vision.tool]]\nnumber = 1\nshape = "disc"\nsize_px = 40\npolarity = "bright"\n')
-    done = subprocess.run([panelcal, "plan", "p.exc", "-m", "m.toml", "--json"], cwd=folder, capture_output=True, text=True)
+    done = subprocess.run([panelcal, "plan", "p.exc", "-m", "m.toml", "--json", "-"], cwd=folder, capture_output=True, text=True)
     if done.returncode != 0:
         sys.exit(done.stderr)
     return json.loads(done.stdout)["visits"]

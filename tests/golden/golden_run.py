@@ -27,6 +27,7 @@ def without_version(data):
     if b"panelcal " not in data:
         return data
     import re
+    data = re.sub(rb'(^|\n)(\{"facts":"\w+","version":\d+,"panelcal":")\d[^"]*', rb"\1\2VERSION", data)
     return re.sub(rb"(made[ _]by\"?: ?\"?panelcal )\d[\w.+-]*", rb"\1VERSION", data)
 
 

@@ -80,7 +80,7 @@ def entries():
 
 
 def in_force():
-    listed = [json.loads(line) for line in history("list", "--json").splitlines()]
+    listed = json.loads(history("list", "--json", "-"))["entries"]
     return sorted((one["kind"], one["id"]) for one in listed if one["in_force"])
 
 
@@ -127,7 +127,7 @@ def asked_of_history():
     key = ("--machine", "drill 1", "--kind", "focus", "--subject", "camera")
     assert "height" in history("show", "3") and "curve" in history("show", "3", "--result")
     assert "height" in history("diff", "2", "3")
-    assert "<svg" in history("plot", *key, "--parameter", "height")
+    assert "height of focus camera" in history("plot", *key, "--parameter", "height")
     history("rollback", *key, "--reason", "the old mount is back")
     assert in_force() == [("focus", 2)]
     # What the first hint said holds again.

@@ -39,7 +39,7 @@ def rows_used():
 
 def state():
     """The ledger's entries, and the bytes of the others."""
-    entries = panelcal("history", "list", "--json", "-l", str(LEDGER)).stdout if LEDGER.exists() else ""
+    entries = panelcal("history", "export", "-l", str(LEDGER)).stdout if LEDGER.exists() else ""
     return [entries, *(file.read_bytes() if file.exists() else b"" for file in (COUPON, SPINDLE))]
 
 

@@ -58,9 +58,10 @@ def main():
     golden_ledger.make("drill.ledger", entries).close()
 
     holes = drilled("demo/machine.toml", "measured.jsonl")
-    said = json.loads(panelcal("history", "diff", "1", "2", "-l", "drill.ledger", "--json",
+    said = json.loads(panelcal("history", "diff", "1", "2", "-l", "drill.ledger", "--json", "-",
                                "--program", "demo/panel.exc", "-m", "demo/machine.toml",
-                               "--measurements", "measured.jsonl", "-o", "shift.svg"))["job"]
+                               "--measurements", "measured.jsonl", "--report", "shift.html"))
+    said = said["difference"]["job"]
     Path("demo/camera.cal.json").write_text(after)
     shifts = [math.dist(a, b) for a, b in zip(holes, drilled("demo/machine.toml"), strict=True)]
     rms = math.sqrt(sum(s * s for s in shifts) / len(shifts))
@@ -71,7 +72,8 @@ def main():
     assert max(shifts) > 0.002, "a change that is too small to be seen proves nothing"
     assert abs(max(shifts) - said["max_mm"]) < REFIT_MM
     assert abs(rms - said["rms_mm"]) < REFIT_MM
-    assert Path("shift.svg").read_text().startswith("<svg")
+    assert said["worst"]["shift_mm"] in [one["shift_mm"] for one in said["sample"]] or len(said["sample"]) < len(shifts)
+    assert '"facts":"history"' in Path("shift.html").read_text()
 
 
 if __name__ == "__main__":

@@ -13,8 +13,10 @@ from pathlib import Path
 
 PANELCAL = str(Path(sys.argv[1]).resolve())
 sys.dont_write_bytecode = True
-sys.path.insert(0, str(Path(sys.argv[2]) / "tests" / "golden"))
+ROOT = Path(sys.argv[2]).resolve()
+sys.path[:0] = [str(ROOT / "tests" / "golden"), str(ROOT / "tests" / "support")]
 import golden_ledger  # noqa: E402
+from facts import checked, in_page  # noqa: E402
 
 KEY = ["--machine", "drill 1", "--kind", "spindle-camera", "--subject", "spindle 1 station 1"]
 
@@ -26,8 +28,22 @@ def history(*words, code=0):
     return done.stdout
 
 
+def facts(*words):
+    """The facts on standard output, which a file and a page have as well, beside the text."""
+    alone = history(*words, "--json", "-")
+    document = checked(json.loads(alone), ROOT)
+    if words[0] in ("list", "show", "diff", "plot"):
+        text = history(*words, "--json", "facts.json", "--report", "page.html")
+        assert text == history(*words)
+        paged, written = in_page("page.html"), json.loads(Path("facts.json").read_text())
+        for one in (document, paged, written):
+            one.pop("provenance")
+        assert document == paged == written
+    return document
+
+
 def in_force():
-    entries = [json.loads(line) for line in history("list", "--json", *KEY).splitlines()]
+    entries = facts("list", *KEY)["entries"]
     return [entry["id"] for entry in entries if entry["in_force"]]
 
 
@@ -42,11 +58,17 @@ def main():
     codes = sorted(process.wait(timeout=60) for process in both)
     assert codes == [0, 2], codes
     assert in_force() == [1]
-    entry = json.loads(history("show", "6", "--json"))
+    (entry,) = facts("show", "6")["entries"]
     assert entry["verdict"] == "rolled-back" and entry["restores"] == 1 and entry["replaces"] == 2
     history("show", "1", "--result", "-o", "spindle1.cal.json")
     assert Path("spindle1.cal.json").read_text() == first_result
     assert history("verify").startswith("6 entries, undamaged")
+    assert facts("verify")["verification"]["entries"] == 6
+    plotted = facts("plot", *KEY, "--parameter", "offset_x")
+    assert [one["id"] for one in plotted["entries"]] == [1, 2, 3, 6], plotted
+    change = facts("diff", "1", "2")["difference"]["parameters"][0]
+    # sqrt(2) of each entry's 1 um.
+    assert abs(change["change_sigma"] - 2 ** 0.5 * 1e-3) < 1e-12, change
     exported = [json.loads(line) for line in history("export").splitlines()]
     assert [one["id"] for one in exported] == [1, 2, 3, 4, 5, 6]
     assert exported[0]["result"] == json.loads(first_result)

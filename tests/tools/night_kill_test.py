@@ -32,9 +32,9 @@ def night(day):
 def read_ledger():
     verified = panelcal("history", "verify", "-l", "drill1.ledger", "-m", "machine.toml")
     assert verified.returncode == 0, verified
-    listed = panelcal("history", "list", "-l", "drill1.ledger", "--json")
+    listed = panelcal("history", "list", "-l", "drill1.ledger", "--json", "-")
     assert listed.returncode == 0, listed
-    return [json.loads(line) for line in listed.stdout.splitlines()]
+    return json.loads(listed.stdout)["entries"]
 
 
 def rows_taken(entries):

@@ -16,6 +16,9 @@ from pathlib import Path
 
 import real_files
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
+from facts import in_page  # noqa: E402
+
 PANELCAL = str(Path(sys.argv[1]).resolve())
 
 
@@ -30,7 +33,7 @@ def verify(*words, code=0):
 
 
 def head():
-    found = json.loads(verify("--json").stdout)
+    found = json.loads(verify("--json", "-").stdout)["verification"]
     return found["entries"], found["head"]
 
 
@@ -70,12 +73,12 @@ def main():
     panelcal("nightly", "-m", "machine.toml", "--clock", "2026-11-22T02:00:00Z")
     newest, digest = head()
     page, facts = (Path("reports", "2026-11-21" + ending) for ending in (".html", ".json"))
-    assert f"<dt>ledger head</dt><dd class=\"mono\">{newest} {digest}</dd>" in page.read_text()
-    assert json.loads(facts.read_text())["ledger_head"] == {"id": newest, "hash": digest}
+    assert in_page(page) == json.loads(facts.read_text())
+    assert in_page(page)["ledger_head"] == {"id": newest, "hash": digest}
 
     # The calibration in force: its bytes are its entry's result, and note the entry before.
-    entries = [json.loads(line) for line in
-               panelcal("history", "list", "-l", "drill1.ledger", "--json").stdout.splitlines()]
+    listed = panelcal("history", "list", "-l", "drill1.ledger", "--json", "-").stdout
+    entries = json.loads(listed)["entries"]
     own = [entry for entry in entries if entry["in_force"]][-1]
     shown = panelcal("history", "show", str(own["id"]), "--result", "-l", "drill1.ledger").stdout
     assert Path("spindle.cal.json").read_text() == shown

@@ -121,9 +121,9 @@ def board(panelcal, random, kind, path):
                               for x, y in places))
     model = "plane" if kind is plane else "bilinear"
     figures = json.loads(run(panelcal, "surface", "fit", probes, "--format", "linuxcnc", "--model",
-                             model, "--sigma-um", "1", "-o", path, "--json").stdout)
-    highest = max(height(x, y) for x, y in places) + 3 * figures["worst_sigma"]["value"]
-    return Board(height, path, highest, figures["lattice_error"])
+                             model, "--sigma-um", "1", "-o", path, "--json", "-").stdout)["zones"][0]
+    highest = max(height(x, y) for x, y in places) + 3 * figures["worst_sigma"]["sigma_um"] / 1e3
+    return Board(height, path, highest, figures["lattice_error_um"] / 1e3)
 
 
 # --- runs -----------------------------------------------------------------------------------------
@@ -157,10 +157,10 @@ def levelled_text(panelcal, program, a_board, tolerance, folder):
     options += ["--safe-mm", program.safe] if program.safe else []
     options += ["--unit", program.unit] if program.unit else []
     figures = json.loads(run(panelcal, "surface", "apply", a_board.path, source, "-o", out,
-                             "--json", *options).stdout)
-    require(figures["safe_height"] == program.safe if program.safe
-            else figures["safe_height"] > a_board.highest - 1e-6, "safe height", figures)
-    return out.read_text(), figures["safe_height"]
+                             "--json", "-", *options).stdout)
+    require(figures["safe_height_mm"] == program.safe if program.safe
+            else figures["safe_height_mm"] > a_board.highest - 1e-6, "safe height", figures)
+    return out.read_text(), figures["safe_height_mm"]
 
 
 def run_both(program, text, safe, tolerance, folder):

@@ -12,11 +12,14 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import xml.etree.ElementTree
 from pathlib import Path
 
 PANELCAL = str(Path(sys.argv[1]).resolve())
-EXAMPLE = Path(sys.argv[2]).resolve() / "examples" / "nightly"
+ROOT = Path(sys.argv[2]).resolve()
+sys.path.insert(0, str(ROOT / "tests" / "support"))
+from facts import checked, in_page  # noqa: E402
+
+EXAMPLE = ROOT / "examples" / "nightly"
 KEY = ("--machine", "drill 1", "--kind", "surface", "--subject", "table")
 SURFACE = """
 [nightly.surface]
@@ -62,7 +65,7 @@ def history(*words):
 
 
 def surfaces():
-    return [json.loads(line) for line in history("list", "--kind", "surface", "--json").splitlines()]
+    return json.loads(history("list", "--kind", "surface", "--json", "-"))["entries"]
 
 
 def figures(entry):
@@ -78,9 +81,7 @@ def main():
 
     night(1)
     night(2)
-    page = Path("reports/2026-10-31.html")
-    xml.etree.ElementTree.parse(page)
-    assert "The surface tonight" in page.read_text()
+    record = checked(in_page("reports/2026-10-31.html"), ROOT)
     first, second = surfaces()
     assert first["verdict"] == second["verdict"] == "installed", (first, second)
     # The middle, (200, 150): 0.2 + 80e-6 200 - 30e-6 150; an edge is 100 mm from it.
@@ -95,16 +96,16 @@ def main():
         history("show", str(entry["id"]), "--result", "-o", file)
     alone = panelcal("surface", "diff", "a.json", "b.json").stdout
     assert alone.splitlines()[1:] == said.splitlines()[-len(alone.splitlines()) + 1:], (alone, said)
-    as_json = json.loads(history("diff", str(first["id"]), str(second["id"]), "--json"))
-    assert as_json["surface"]["changed"] is False, as_json
-    history("plot", *KEY, "--parameter", "tilt_x", "-o", "tilt.svg")
-    xml.etree.ElementTree.parse("tilt.svg")
+    as_json = json.loads(history("diff", str(first["id"]), str(second["id"]), "--json", "-"))
+    assert as_json["difference"]["surface"]["changed"] is False, as_json
+    history("plot", *KEY, "--parameter", "tilt_x", "--report", "tilt.html")
+    assert len(checked(in_page("tilt.html"), ROOT)["entries"]) == 2
     assert panelcal("surface", "query", "table.json", "200,150").stdout
 
     # The disk is full: said, and nothing that the ledger had is lost.
-    before = history("list", "--json").splitlines()
+    before = history("export").splitlines()
     night(3, 3, limit=Path("drill1.ledger").stat().st_size)
-    assert set(before) <= set(history("list", "--json").splitlines())
+    assert set(before) <= set(history("export").splitlines())
     history("verify")
     night(3)
 

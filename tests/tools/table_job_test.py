@@ -192,8 +192,8 @@ def main():
     assert answer["applied"] is True
     assert "[table] names this file" in panelcal(*words).stdout
     said = json.loads(panelcal("history", "diff", str(first), str(answer["ledger"]), "-l",
-                               "drill1.ledger", "--json", "--program", "job.exc", "-m",
-                               "machine.toml").stdout)["job"]
+                               "drill1.ledger", "--json", "-", "--program", "job.exc", "-m",
+                               "machine.toml").stdout)["difference"]["job"]
     assert said["places"] == len(HOLES) and said["uncorrected"] == 0, said
     after, worst_um = drilled("--machine-driver", "sim")
     assert worst_um < 1.5, worst_um

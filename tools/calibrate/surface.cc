@@ -102,7 +102,7 @@ std::string surface_json(const CalibrateOptions& options,
   if (before) {
     const surface::ComparedMaps maps = {
         "the map in force", options.map, before->stored, given.stored, before->change.difference};
-    json["change"] = nlohmann::ordered_json::parse(surface::difference_json(maps));
+    json["change"] = surface::difference_figures(maps);
   }
   if (!refused.empty()) json["refusal"] = refused;
   if (entry) json["ledger"] = *entry;

@@ -90,7 +90,7 @@ constexpr auto kCommands = std::to_array<CommandRow>({
         "Record that later nights are not compared with earlier ones",
         pages::kHistoryFreshStart),
     row<HistoryOptions, add_history_plot_options>(
-        "history plot", "One parameter over time, as SVG", pages::kHistoryPlot),
+        "history plot", "One parameter over time, a line an entry", pages::kHistoryPlot),
     row<HistoryOptions, add_history_verify_options>(
         "history verify",
         "Check every hash of the ledger, and that it has what calibrations and reports note of it",

@@ -14,9 +14,7 @@
 
 namespace panelcal {
 
-Provenance provenance_of(const Options& options,
-                         const Program& program,
-                         const std::vector<std::string>& files) {
+std::pair<std::string, std::string> command_line_row(const Options& options) {
   std::string command_line;
   bool is_number = false;
   for (const std::string& word : options.command_line) {
@@ -26,8 +24,14 @@ Provenance provenance_of(const Options& options,
     // The path of panelcal's installation is no fact about the job.
     command_line += command_line.empty() ? "panelcal" : " " + without_password(word);
   }
+  return {"command line", command_line};
+}
+
+Provenance provenance_of(const Options& options,
+                         const Program& program,
+                         const std::vector<std::string>& files) {
   Provenance provenance = {{"made by", std::string("panelcal ") + kVersion},
-                           {"command line", command_line},
+                           command_line_row(options),
                            {"sha256 " + program.source.file, sha256(program.source.bytes)}};
   const auto add = [&](const std::string& file) {
     if (file.empty()) return;

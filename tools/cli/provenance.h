@@ -17,6 +17,9 @@ namespace panelcal {
 /// The maker and the inputs of an output.
 using Provenance = std::vector<std::pair<std::string, std::string>>;
 
+/// The words of the command line, without what changes no output: threads, passwords.
+std::pair<std::string, std::string> command_line_row(const Options& options);
+
 /// The origin of an output, to make it again: no dates, a replay is the same to the bit.
 /// `files` are other inputs; empty names are left out.
 Provenance provenance_of(const Options& options,

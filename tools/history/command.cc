@@ -13,15 +13,20 @@
 #include "tools/cli/commands.h"
 #include "tools/cli/process/version.h"
 #include "tools/cli/provenance.h"
+#include "tools/history/facts.h"
 #include "tools/history/job.h"
-#include "tools/history/plot.h"
 #include "tools/history/surface.h"
 #include "tools/history/text.h"
 #include "tools/history/verify.h"
+#include "tools/page/page.h"
 #include <fmt/format.h>
 
 namespace panelcal {
 namespace {
+
+using facts::Json;
+
+constexpr int kHistoryVersion = 1;
 
 Diagnostic history_usage(std::string what, std::string expected) {
   return {Code::Usage, {"panelcal history", 0, 0}, std::move(what), std::move(expected)};
@@ -58,6 +63,29 @@ Expected<LedgerFilter> filter_of(const HistoryOptions& options) {
   return filter;
 }
 
+std::string_view command_word(HistoryOptions::Action action) {
+  using Action = HistoryOptions::Action;
+  switch (action) {
+    case Action::List:
+      return "list";
+    case Action::Show:
+      return "show";
+    case Action::Diff:
+      return "diff";
+    case Action::RollBack:
+      return "rollback";
+    case Action::FreshStart:
+      return "fresh-start";
+    case Action::Plot:
+      return "plot";
+    case Action::Verify:
+      return "verify";
+    case Action::Export:
+      break;
+  }
+  return "export";
+}
+
 /// One call of `panelcal history`.
 class History {
  public:
@@ -82,10 +110,25 @@ class History {
       case Action::Plot:
         return plot();
       case Action::Verify:
-        return history::verify_answer(options_, context_, ledger_);
+        return verify();
     }
     return std::string();
   }
+
+  /// The document of facts; to be called after answer().
+  Json document() const {
+    Json out = facts::envelope("history", kHistoryVersion);
+    out["command"] = command_word(options_.action);
+    out["ledger_file"] = options_.ledger;
+    out.update(members_);
+    Json& rows = out["provenance"] = Json::object();
+    const Provenance& provenance =
+        provenance_.empty() ? Provenance{command_line_row(context_.options)} : provenance_;
+    for (const auto& [key, value] : provenance) rows[key] = value;
+    return out;
+  }
+
+  bool wants_facts() const { return !options_.json.empty() || !options_.report.empty(); }
 
  private:
   Expected<bool> is_in_force(const LedgerEntry& entry) const {
@@ -93,18 +136,25 @@ class History {
     return present && present->id == entry.id;
   }
 
-  Expected<std::string> list() const {
+  /// Into the document.
+  Expected<bool> add_entry(const LedgerEntry& entry) {
+    PANELCAL_TRY(const bool in_force, is_in_force(entry));
+    if (wants_facts()) members_["entries"].push_back(history::entry_facts(entry, in_force));
+    return in_force;
+  }
+
+  Expected<std::string> list() {
     PANELCAL_TRY(const LedgerFilter filter, filter_of(options_));
     const bool exports = options_.action == HistoryOptions::Action::Export;
+    members_["entries"] = Json::array();
     std::string text;
     const auto add = [&](const LedgerEntry& entry) -> Expected<void> {
-      PANELCAL_TRY(const bool in_force, is_in_force(entry));
+      PANELCAL_TRY(const bool in_force, add_entry(entry));
       if (exports) {
         PANELCAL_TRY(const std::string result, ledger_.result(entry.id));
         text += history::entry_json(entry, in_force, result);
       } else {
-        text += options_.json ? history::entry_json(entry, in_force)
-                              : history::entry_line(entry, in_force);
+        text += history::entry_line(entry, in_force);
       }
       return {};
     };
@@ -112,42 +162,40 @@ class History {
     return text;
   }
 
-  Expected<std::string> show() const {
+  Expected<std::string> show() {
     const std::int64_t id = options_.ids.front();
     PANELCAL_TRY(const LedgerEntry entry, ledger_.entry(id));
     PANELCAL_TRY(const std::string result, ledger_.result(id));
-    if (options_.result) return result;
-    PANELCAL_TRY(const bool in_force, is_in_force(entry));
-    return options_.json ? history::entry_json(entry, in_force, result)
-                         : history::entry_page(entry, in_force);
+    PANELCAL_TRY(const bool in_force, add_entry(entry));
+    if (wants_facts()) {
+      members_["entries"].back()["result"] = Json::parse(result, nullptr, false);
+    }
+    return options_.result ? result : history::entry_page(entry, in_force);
   }
 
-  Expected<std::string> diff() const {
+  Expected<std::string> diff() {
     PANELCAL_TRY(const LedgerEntry before, ledger_.entry(options_.ids.at(0)));
     PANELCAL_TRY(const LedgerEntry after, ledger_.entry(options_.ids.at(1)));
     PANELCAL_TRY(const auto changes, history::changes_between(before, after, options_.ledger));
-    std::string text = options_.json ? history::changes_json(before, after, changes)
-                                     : history::changes_text(changes);
+    PANELCAL_CHECK(add_entry(before));
+    PANELCAL_CHECK(add_entry(after));
+    Json& difference = members_["difference"];
+    difference = {{"before", before.id},
+                  {"after", after.id},
+                  {"parameters", history::changes_facts(changes)}};
+    const std::string text = history::changes_text(changes);
     const bool is_of_surfaces = before.record.key.kind == LedgerKind::Surface;
     if (options_.program.empty() && !is_of_surfaces) return text;
     PANELCAL_TRY(const std::string result_before, ledger_.result(before.id));
     PANELCAL_TRY(const std::string result_after, ledger_.result(after.id));
     const history::CalibrationEntry was = {before, result_before}, is = {after, result_after};
-    if (is_of_surfaces && options_.program.empty()) {
-      PANELCAL_TRY(const std::string maps,
-                   history::surface_answer(was, is, options_.ledger, options_.json));
-      return joined(std::move(text), "surface", maps);
-    }
-    PANELCAL_TRY(const std::string job, history::job_answer(options_, context_, was, is));
-    return joined(std::move(text), "job", job);
-  }
-
-  /// More about a difference: further lines, or a further key.
-  std::string joined(std::string text, std::string_view key, std::string more) const {
-    if (!options_.json) return text + more;
-    text.resize(text.rfind('}'));
-    if (more.ends_with('\n')) more.pop_back();
-    return fmt::format("{},\"{}\":{}}}\n", text, key, more);
+    const bool is_of_job = !options_.program.empty();
+    PANELCAL_TRY(const history::Answer more,
+                 is_of_job ? history::job_answer(options_, context_, was, is)
+                           : history::surface_answer(was, is, options_.ledger));
+    difference[is_of_job ? "job" : "surface"] = more.part;
+    provenance_ = more.provenance;
+    return text + more.text;
   }
 
   Expected<std::string> roll_back() {
@@ -158,7 +206,7 @@ class History {
                                     options_.reason,
                                     asking_person(options_.asked_by),
                                     std::string("panelcal ") + kVersion}));
-    return options_.json ? history::entry_json(entry, false) : history::entry_line(entry, false);
+    return recorded(entry);
   }
 
   Expected<std::string> fresh_start() {
@@ -171,7 +219,13 @@ class History {
                                   {options_.reason,
                                    asking_person(options_.asked_by),
                                    std::string("panelcal ") + kVersion}));
-    return options_.json ? history::entry_json(entry, false) : history::entry_line(entry, false);
+    return recorded(entry);
+  }
+
+  /// Without the star: the text says what was recorded.
+  Expected<std::string> recorded(const LedgerEntry& entry) {
+    PANELCAL_CHECK(add_entry(entry));
+    return history::entry_line(entry, false);
   }
 
   /// A misspelt subject would be noted for something that no night ever calibrates.
@@ -190,37 +244,64 @@ class History {
          "what `panelcal history list` shows"});
   }
 
-  Expected<std::string> plot() const {
+  Expected<std::string> plot() {
     PANELCAL_TRY(const LedgerKind kind, kind_of(options_.kind));
     const LedgerKey key{options_.machine, kind, options_.subject};
     PANELCAL_TRY(const LedgerSeries series, ledger_.series(key, options_.parameter));
-    return history::series_svg(series, key, options_.parameter, options_.ledger);
+    PANELCAL_TRY(std::string text,
+                 history::series_text(series, key, options_.parameter, options_.ledger));
+    members_["parameter"] = options_.parameter;
+    // Rollbacks too: what was in force follows from them.
+    const auto add = [&](const LedgerEntry& entry) -> Expected<void> {
+      const bool is_rollback = entry.record.verdict == LedgerVerdict::RolledBack;
+      if (!is_rollback && !entry.record.find(options_.parameter)) return {};
+      PANELCAL_CHECK(add_entry(entry));
+      return {};
+    };
+    PANELCAL_CHECK(
+        ledger_.for_each({.machine = key.machine, .kind = key.kind, .subject = key.subject}, add));
+    return text;
+  }
+
+  Expected<std::string> verify() {
+    PANELCAL_TRY(history::Answer answer, history::verify_answer(options_, context_, ledger_));
+    members_["verification"] = std::move(answer.part);
+    return std::move(answer.text);
   }
 
   const HistoryOptions& options_;
   CommandContext& context_;
   Ledger ledger_;
+  Json members_ = Json::object();
+  Provenance provenance_;
 };
 
 /// Without machine.toml the folder of reports is not known: what a file says counts. No answer
 /// notes a head, so that none of them takes such a file's place.
-Expected<void> check_no_record(const HistoryOptions& options, const CommandContext& context) {
+Expected<void> check_no_record(const std::string& output, const CommandContext& context) {
   std::error_code ignored;
-  if (options.output.empty() || options.output == "-" ||
-      !std::filesystem::is_regular_file(options.output, ignored)) {
+  if (output.empty() || output == "-" || !std::filesystem::is_regular_file(output, ignored)) {
     return {};
   }
   constexpr std::size_t kMaxRecordBytes = std::size_t{1} << 28;
-  const Expected<std::string> bytes = read_file(options.output, kMaxRecordBytes);
+  const Expected<std::string> bytes = read_file(output, kMaxRecordBytes);
   if (!bytes || !is_record_with_head(*bytes)) return {};
   return failure({Code::OutputInUse,
                   {context.options.command_name, 0, 0},
-                  quoted(options.output) + " is a record that notes the head of a ledger",
+                  quoted(output) + " is a record that notes the head of a ledger",
                   "a file of its own for each output"});
 }
 
+/// To a file whole or not at all, to standard output with "-"; nowhere without a name.
+Expected<void> write_to(const std::string& file, std::string_view bytes, CommandContext& context) {
+  if (file.empty()) return {};
+  return file == "-" ? context.output.write(bytes) : write_file(file, bytes);
+}
+
 Expected<void> history_answer(const HistoryOptions& options, CommandContext& context) {
-  PANELCAL_CHECK(check_no_record(options, context));
+  for (const std::string* const output : {&options.output, &options.json, &options.report}) {
+    PANELCAL_CHECK(check_no_record(*output, context));
+  }
   using Action = HistoryOptions::Action;
   const bool records = options.action == Action::RollBack || options.action == Action::FreshStart;
   std::error_code ignored;
@@ -232,10 +313,20 @@ Expected<void> history_answer(const HistoryOptions& options, CommandContext& con
   PANELCAL_TRY(Ledger ledger,
                records ? Ledger::open(options.ledger, system_clock())
                        : Ledger::open_to_read(options.ledger));
-  PANELCAL_TRY(const std::string text, History(options, context, std::move(ledger)).answer());
-  // Of a job's difference the output is the picture.
-  if (options.output.empty() || !options.program.empty()) return context.output.write(text);
-  return write_file(options.output, text);
+  History history(options, context, std::move(ledger));
+  PANELCAL_TRY(const std::string text, history.answer());
+  if (history.wants_facts()) {
+    const std::string document = facts::text(history.document());
+    PANELCAL_CHECK(write_to(options.json, document, context));
+    const std::string title = "history of " + options.ledger;
+    if (!options.report.empty()) {
+      PANELCAL_CHECK(write_to(options.report, page_html(title, document), context));
+    }
+  }
+  if (!options.output.empty()) return write_to(options.output, text, context);
+  // Standard output has one of them.
+  return options.json == "-" || options.report == "-" ? Expected<void>()
+                                                      : context.output.write(text);
 }
 
 }  // namespace

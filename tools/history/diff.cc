@@ -8,7 +8,6 @@
 #include <memory>
 
 #include "calib/advice/convex_hull.h"
-#include "tools/figures/svg.h"
 #include <fmt/format.h>
 
 namespace panelcal::history {
@@ -18,7 +17,7 @@ using Shift = Displacement<frame::Actual>;
 
 /// Places whose positions are kept at a time.
 constexpr std::size_t kWindow = std::size_t{1} << 22;
-/// Cells of the picture's grid along each side.
+/// Cells of the sample's grid along each side.
 constexpr int kShiftCells = 20;
 constexpr double kSame_mm = 1e-6;
 constexpr double kNothing_mm = 1e-9;
@@ -112,9 +111,16 @@ plan::PlannedPlace planned(const PassingPoint& at) {
 /// The places nearest to the middles of a grid's cells.
 class GridSample {
  public:
-  explicit GridSample(const report::Extent& extent)
-      : low_mm_(extent.low_mm),
-        cell_mm_(std::max(1e-3, extent.size_mm().maxCoeff() / kShiftCells)) {}
+  /// In     outline: of all places; empty if there are none
+  explicit GridSample(const std::vector<Position<frame::Nominal>>& outline) {
+    if (outline.empty()) return;
+    Eigen::Vector2d high_mm = low_mm_ = outline.front().in_mm();
+    for (const Position<frame::Nominal>& corner : outline) {
+      low_mm_ = low_mm_.cwiseMin(corner.in_mm());
+      high_mm = high_mm.cwiseMax(corner.in_mm());
+    }
+    cell_mm_ = std::max(1e-3, (high_mm - low_mm_).maxCoeff() / kShiftCells);
+  }
 
   void add(const PassingPoint& at, const Shift& shift) {
     const Eigen::Vector2d cells = (at.point.nominal.in_mm() - low_mm_) / cell_mm_;
@@ -134,8 +140,8 @@ class GridSample {
   }
 
  private:
-  Eigen::Vector2d low_mm_;
-  double cell_mm_;
+  Eigen::Vector2d low_mm_ = Eigen::Vector2d::Zero();
+  double cell_mm_ = 1;
   std::map<std::pair<int, int>, std::pair<double, MovedPlace>> nearest_;
 };
 
@@ -182,11 +188,10 @@ class Comparison {
   Expected<bool> compare_all() {
     shift_ = {};
     statistics_ = HoleShiftStatistics();
-    extent_ = {};
     longest_mm_ = -1;
     PANELCAL_CHECK(look_over());
     shift_.has_routs = has_routs_;
-    GridSample sample(extent_);
+    GridSample sample(shift_.hull);
     for (std::size_t first = 0; first < n_; first += kWindow) {
       PANELCAL_TRY(const bool is_same, compare_window(first, sample));
       if (!is_same) return false;
@@ -202,7 +207,6 @@ class Comparison {
     const bool moves_all = before_.options.table != after_.options.table;
     HullBuilder hull;
     WorkedPlaces places(has_routs_, [&](const PassingPoint& at) {
-      extent_.add(at.point.nominal.in_mm());
       hull.add(at.point.nominal);
       shift_.n_drilled += std::holds_alternative<Drill>(at.operation.what) ? 1 : 0;
       shift_.n_still += moves_all || is_corrected(at.operation) ? 0 : 1;
@@ -268,7 +272,6 @@ class Comparison {
   bool has_routs_ = true;
   std::size_t n_ = 0;
   double longest_mm_ = -1;
-  report::Extent extent_;
   HoleShiftStatistics statistics_;
   JobShift shift_;
 };

@@ -100,15 +100,11 @@ Expected<std::optional<JobShift>> job_shift(const Program& program,
                                             const CalibrationChange& change);
 
 /// The frame of the figures.
-struct JobShiftFacts {
+struct JobShiftWords {
   std::string program_file;
-  std::string what;  ///< "spindle-camera of spindle 1 station 1, drill 1: entry 3 instead of 1"
   std::vector<std::string> notes;
-  std::vector<std::pair<std::string, std::string>> provenance;
 };
 
-std::string job_shift_text(const JobShift& shift, const JobShiftFacts& facts);
-/// An object without a line end.
-std::string job_shift_json(const JobShift& shift, const JobShiftFacts& facts);
+std::string job_shift_text(const JobShift& shift, const JobShiftWords& words);
 
 }  // namespace panelcal::history

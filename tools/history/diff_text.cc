@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cmath>
-
 #include "tools/figures/text.h"
 #include "tools/history/diff.h"
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 namespace panelcal::history {
 namespace {
@@ -12,20 +9,6 @@ namespace {
 using report::counted;
 using report::fixed;
 using report::fixed_signed;
-
-std::string diff_json_string(const std::string& text) {
-  return nlohmann::json(text).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
-}
-
-/// To a picometre: smaller parts are rounding, and differ from processor to processor.
-double rounded_to_nm(double value_mm) {
-  const double rounded_mm = std::round(value_mm * 1e9) / 1e9;
-  return rounded_mm + 0.0;
-}
-
-std::string diff_json_string(const Eigen::Vector2d& v_mm) {
-  return fmt::format("[{},{}]", rounded_to_nm(v_mm.x()), rounded_to_nm(v_mm.y()));
-}
 
 std::string um_text(const Displacement<frame::Actual>& shift) {
   return fmt::format("({}, {}) um",
@@ -47,12 +30,12 @@ std::string where(const plan::PlannedPlace& place) {
 
 }  // namespace
 
-std::string job_shift_text(const JobShift& shift, const JobShiftFacts& facts) {
+std::string job_shift_text(const JobShift& shift, const JobShiftWords& words) {
   const HoleShiftSummary& s = shift.summary;
   const auto n = static_cast<std::int64_t>(s.n_holes);
   const auto n_drilled = static_cast<std::int64_t>(shift.n_drilled);
   std::string text =
-      fmt::format("\n{}: {}", escaped_controls(facts.program_file), counted(n_drilled, "hole"));
+      fmt::format("\n{}: {}", escaped_controls(words.program_file), counted(n_drilled, "hole"));
   if (n > n_drilled) {
     text += ", " + counted(n - n_drilled, shift.has_routs ? "end" : "slot end") +
             (shift.has_routs ? " of slots and rout moves" : "; rout moves are left out");
@@ -77,42 +60,8 @@ std::string job_shift_text(const JobShift& shift, const JobShiftFacts& facts) {
     text += "no target corrects, and so nothing moves, " +
             counted(static_cast<std::int64_t>(shift.n_still), "place") + "\n";
   }
-  for (const std::string& note : facts.notes) text += "note: " + note + "\n";
+  for (const std::string& note : words.notes) text += "note: " + note + "\n";
   return text;
-}
-
-std::string job_shift_json(const JobShift& shift, const JobShiftFacts& facts) {
-  const HoleShiftSummary& s = shift.summary;
-  std::string text = fmt::format(
-      R"({{"program":{},"places":{},"holes":{},"targets":{},"uncorrected":{},"rout_moves_left_out":{},)"
-      R"("max_mm":{},"p95_mm":{},"p95_relative_error":{},"rms_mm":{},"mean_mm":{},"mean_shift_mm":{},)"
-      R"("worst":{{"nominal":{},"shift_mm":{},"line":{},)",
-      diff_json_string(facts.program_file),
-      s.n_holes,
-      shift.n_drilled,
-      shift.targets.size(),
-      shift.n_still,
-      !shift.has_routs,
-      rounded_to_nm(s.max.in_mm()),
-      rounded_to_nm(s.p95.in_mm()),
-      s.p95_relative_error,
-      rounded_to_nm(s.rms.in_mm()),
-      rounded_to_nm(s.mean.in_mm()),
-      diff_json_string(s.mean_shift.in_mm()),
-      diff_json_string(shift.worst.place.nominal.in_mm()),
-      diff_json_string(shift.worst.shift.in_mm()),
-      shift.worst.place.line);
-  if (!shift.worst.place.file.empty()) {
-    text += fmt::format(R"("file":{},)", diff_json_string(shift.worst.place.file));
-  }
-  text += fmt::format(R"("tool":{},"path":[{}]}},"notes":[)",
-                      shift.worst.place.tool,
-                      fmt::join(shift.worst.place.path, ","));
-  for (const std::string& note : facts.notes) {
-    if (&note != facts.notes.data()) text += ',';
-    text += diff_json_string(note);
-  }
-  return text + "]}";
 }
 
 }  // namespace panelcal::history

@@ -6,15 +6,12 @@
 #include <utility>
 
 #include "calib/base/clock.h"
-#include "calib/base/files/atomic_file.h"
 #include "machine/calibrate/calibration_record.h"
 #include "machine/config/machine_config.h"
 #include "machine/job/checked_program.h"
 #include "machine/job/walk_terms.h"
 #include "machine/sources/measurement_file_source.h"
 #include "tools/cli/output_paths.h"
-#include "tools/cli/provenance.h"
-#include "tools/history/diff_picture.h"
 #include <fmt/format.h>
 
 namespace panelcal::history {
@@ -27,11 +24,6 @@ Diagnostic history_diff_usage(std::string what, std::string expected) {
 Expected<void> check_options(const HistoryOptions& options, const CalibrationEntry& before) {
   if (options.machine_file.empty()) {
     return failure(history_diff_usage("--program without a machine file", "-m machine.toml"));
-  }
-  if (!options.output.empty() && extension_of(options.output) != ".svg") {
-    return failure(
-        history_diff_usage("no picture belongs to the output's name " + quoted(options.output),
-                           "a name that ends in .svg"));
   }
   if (!options.measurements.empty() && before.entry.record.key.kind == LedgerKind::SpindleCamera) {
     return failure(history_diff_usage("--measurements with spindle-camera offsets",
@@ -147,10 +139,10 @@ LookingMachine machine_of(const MachineConfig& config) {
 
 }  // namespace
 
-Expected<std::string> job_answer(const HistoryOptions& options,
-                                 CommandContext& context,
-                                 const CalibrationEntry& before,
-                                 const CalibrationEntry& after) {
+Expected<Answer> job_answer(const HistoryOptions& options,
+                            CommandContext& context,
+                            const CalibrationEntry& before,
+                            const CalibrationEntry& after) {
   PANELCAL_CHECK(check_options(options, before));
   JobRun job(options, context);
   PANELCAL_CHECK(job.read_job());
@@ -166,25 +158,12 @@ Expected<std::string> job_answer(const HistoryOptions& options,
                     "the program has no hole, slot or rout move",
                     "a program that works somewhere"});
   }
-  const LedgerKey& key = before.entry.record.key;
-  JobShiftFacts facts;
-  facts.program_file = job.program().source.file;
-  facts.what = fmt::format("{} of {}, {}: entry {} in place of {}",
-                           word(key.kind),
-                           key.subject,
-                           key.machine,
-                           after.entry.id,
-                           before.entry.id);
-  if (options.measurements.empty()) facts.notes = std::move(change.notes);
-  if (!options.output.empty()) {
-    facts.provenance =
-        provenance_of(context.options, job.program(), {options.machine_file, options.measurements});
-    facts.provenance.emplace_back("before", before.entry.hash);
-    facts.provenance.emplace_back("after", after.entry.hash);
-    PANELCAL_CHECK(write_file(options.output, job_shift_svg(*shift, facts)));
-    context.console.say("picture: " + options.output);
-  }
-  return options.json ? job_shift_json(*shift, facts) : job_shift_text(*shift, facts);
+  JobShiftWords words = {job.program().source.file, {}};
+  if (options.measurements.empty()) words.notes = std::move(change.notes);
+  return Answer{
+      job_shift_text(*shift, words),
+      job_shift_facts(*shift, words),
+      provenance_of(context.options, job.program(), {options.machine_file, options.measurements})};
 }
 
 }  // namespace panelcal::history

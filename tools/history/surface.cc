@@ -10,10 +10,9 @@
 
 namespace panelcal::history {
 
-Expected<std::string> surface_answer(const CalibrationEntry& before,
-                                     const CalibrationEntry& after,
-                                     const std::string& file,
-                                     bool as_json) {
+Expected<Answer> surface_answer(const CalibrationEntry& before,
+                                const CalibrationEntry& after,
+                                const std::string& file) {
   const std::string earlier = fmt::format("entry {}", before.entry.id);
   const std::string later = fmt::format("entry {}", after.entry.id);
   PANELCAL_TRY(StoredMap was, parse_map_file(before.result, file + " " + earlier));
@@ -26,7 +25,7 @@ Expected<std::string> surface_answer(const CalibrationEntry& before,
   }
   const surface::ComparedMaps maps = {
       earlier, later, std::move(was), std::move(is), *std::move(difference)};
-  return as_json ? surface::difference_json(maps) : surface::difference_text(maps);
+  return Answer{surface::difference_text(maps), surface::difference_facts(maps, {})};
 }
 
 }  // namespace panelcal::history

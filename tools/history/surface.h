@@ -5,16 +5,16 @@
 
 #include "calib/base/expected.h"
 #include "tools/history/diff.h"
+#include "tools/history/facts.h"
 
 namespace panelcal::history {
 
-/// The `surface diff` of the maps of two entries: text, or one JSON object with its line end.
+/// The `surface diff` of the maps of two entries.
 ///
 /// In     file: the ledger's, for messages
 /// Fails  as parse_map_file() and difference_of()
-Expected<std::string> surface_answer(const CalibrationEntry& before,
-                                     const CalibrationEntry& after,
-                                     const std::string& file,
-                                     bool as_json);
+Expected<Answer> surface_answer(const CalibrationEntry& before,
+                                const CalibrationEntry& after,
+                                const std::string& file);
 
 }  // namespace panelcal::history

@@ -6,18 +6,9 @@
 
 #include "calib/base/clock.h"
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 namespace panelcal::history {
 namespace {
-
-std::string history_json_string(const std::string& text) {
-  return nlohmann::json(text).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
-}
-
-std::string history_json_string(const std::optional<double>& number) {
-  return number ? fmt::format("{}", *number + 0.0) : "null";
-}
 
 std::string number_text(const std::optional<double>& number) {
   return number ? fmt::format("{:.9g}", *number) : "-";
@@ -55,26 +46,20 @@ std::optional<double> ParameterChange::change() const {
   return *after - *before;
 }
 
-std::string entry_json(const LedgerEntry& entry,
-                       bool in_force,
-                       const std::optional<std::string>& result) {
+std::string entry_json(const LedgerEntry& entry, bool in_force, const std::string& result) {
   std::string text = ledger_entry_json(entry);
   text.pop_back();
-  text += fmt::format(R"(,"hash":"{}","in_force":{})", entry.hash, in_force);
-  if (result) {
-    // On one line, with every number as its digits say.
-    text += ",\"result\":";
-    bool in_text = false;
-    for (std::size_t i = 0; i < result->size(); ++i) {
-      const char c = (*result)[i];
-      if (in_text && c == '\\') {
-        text += c;
-        text += (*result)[++i];
-        continue;
-      }
-      if (c == '"') in_text = !in_text;
-      if (in_text || (c != '\n' && c != '\r')) text += c;
+  text += fmt::format(R"(,"hash":"{}","in_force":{},"result":)", entry.hash, in_force);
+  bool in_text = false;
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    const char c = result[i];
+    if (in_text && c == '\\') {
+      text += c;
+      text += result[++i];
+      continue;
     }
+    if (c == '"') in_text = !in_text;
+    if (in_text || (c != '\n' && c != '\r')) text += c;
   }
   return text + "}\n";
 }
@@ -174,22 +159,35 @@ std::string changes_text(std::span<const ParameterChange> changes) {
   return text;
 }
 
-std::string changes_json(const LedgerEntry& before,
-                         const LedgerEntry& after,
-                         std::span<const ParameterChange> changes) {
-  std::string text = fmt::format(R"({{"before":{},"after":{},"parameters":[)", before.id, after.id);
-  for (const ParameterChange& c : changes) {
-    if (&c != changes.data()) text += ',';
-    text += fmt::format(
-        R"({{"name":{},"unit":{},"before":{},"after":{},"change":{},"change_sigma":{}}})",
-        history_json_string(c.name),
-        history_json_string(c.unit),
-        history_json_string(c.before),
-        history_json_string(c.after),
-        history_json_string(c.change()),
-        history_json_string(c.sigma));
+Expected<std::string> series_text(const LedgerSeries& series,
+                                  const LedgerKey& key,
+                                  const std::string& parameter,
+                                  const std::string& file) {
+  if (series.points.empty()) {
+    return failure({Code::LedgerEntryUnknown,
+                    {file, 0, 0},
+                    fmt::format("{} {} of {} with {}",
+                                word(key.kind),
+                                quoted(key.subject),
+                                quoted(key.machine),
+                                quoted(parameter)),
+                    "the name of one of its parameters"});
   }
-  return text + "]}\n";
+  std::string text = fmt::format("{} of {} {}, {}, in {}\n",
+                                 history_line(parameter),
+                                 word(key.kind),
+                                 key.subject,
+                                 key.machine,
+                                 series.unit);
+  for (const LedgerSeries::Point& point : series.points) {
+    text += fmt::format("{:>5}  {}  {:>16.9g}  {:<12}{}\n",
+                        point.id,
+                        iso_8601(point.time),
+                        point.value,
+                        point.sigma ? fmt::format("+- {:.3g}", *point.sigma) : "",
+                        word(point.verdict));
+  }
+  return text;
 }
 
 }  // namespace panelcal::history

@@ -14,10 +14,8 @@
 namespace panelcal::history {
 
 /// One JSON object on one line: the entry's content, its hash, whether it is in force, and the
-/// calibration itself if it is given.
-std::string entry_json(const LedgerEntry& entry,
-                       bool in_force,
-                       const std::optional<std::string>& result = std::nullopt);
+/// calibration itself with every number as its digits are.
+std::string entry_json(const LedgerEntry& entry, bool in_force, const std::string& result);
 
 /// One line; entries in force are marked with a star.
 std::string entry_line(const LedgerEntry& entry, bool in_force);
@@ -44,8 +42,13 @@ Expected<std::vector<ParameterChange>> changes_between(const LedgerEntry& before
                                                        const LedgerEntry& after,
                                                        const std::string& file);
 std::string changes_text(std::span<const ParameterChange> changes);
-std::string changes_json(const LedgerEntry& before,
-                         const LedgerEntry& after,
-                         std::span<const ParameterChange> changes);
+
+/// One parameter over time, a line for each entry that has it.
+///
+/// Fails  ledger-entry-unknown (no entry has it); names the file of `file`
+Expected<std::string> series_text(const LedgerSeries& series,
+                                  const LedgerKey& key,
+                                  const std::string& parameter,
+                                  const std::string& file);
 
 }  // namespace panelcal::history

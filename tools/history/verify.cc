@@ -13,7 +13,6 @@
 #include "tools/cli/provenance.h"
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
 namespace panelcal::history {
 namespace {
@@ -32,16 +31,6 @@ Expected<std::vector<fs::path>> named_files(const HistoryOptions& options) {
   return files;
 }
 
-std::string verify_json(const LedgerHead& head, const NotingFiles& held) {
-  nlohmann::ordered_json json = {{"entries", head.id}, {"head", head.hash}};
-  json["held_against"] = nlohmann::ordered_json::array();
-  for (const NotedFile& file : held.noted) {
-    json["held_against"].push_back({{"file", file.file.string()}, {"entry", file.head.id}});
-  }
-  json["without_head"] = held.n_without;
-  return json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace) + "\n";
-}
-
 std::string verify_text(const LedgerHead& head, const NotingFiles& held) {
   std::string text = fmt::format("{} entries, undamaged; head {}\n", head.id, head.hash);
   if (!held.noted.empty()) {
@@ -58,9 +47,9 @@ std::string verify_text(const LedgerHead& head, const NotingFiles& held) {
 
 }  // namespace
 
-Expected<std::string> verify_answer(const HistoryOptions& options,
-                                    CommandContext& context,
-                                    const Ledger& ledger) {
+Expected<Answer> verify_answer(const HistoryOptions& options,
+                               CommandContext& context,
+                               const Ledger& ledger) {
   PANELCAL_TRY(const std::vector<fs::path> named, named_files(options));
   PANELCAL_TRY(const std::vector<fs::path> files, files_below(named));
   for (const fs::path& file : files) {
@@ -76,7 +65,7 @@ Expected<std::string> verify_answer(const HistoryOptions& options,
                     fmt::format("{}", fmt::join(missing, "; ")),
                     "every entry that was there when these files were written"});
   }
-  return options.json ? verify_json(head, held) : verify_text(head, held);
+  return Answer{verify_text(head, held), verify_facts(head, held)};
 }
 
 }  // namespace panelcal::history

@@ -6,6 +6,7 @@
 #include "calib/base/expected.h"
 #include "calib/ledger/ledger.h"
 #include "tools/cli/commands.h"
+#include "tools/history/facts.h"
 
 namespace panelcal::history {
 
@@ -13,12 +14,11 @@ namespace panelcal::history {
 /// --against, and those that machine.toml names (calibrations, the folder of reports). The chain
 /// alone does not tell that its newest entries were deleted.
 ///
-/// Out    the answer of `history verify`: text, or a JSON object
 /// Fails  ledger-corrupt; ledger-cut-off; file-unreadable (a file of --against); output-in-use;
 ///        toml-syntax
 /// See    tests/tools/noted_heads_test.py
-Expected<std::string> verify_answer(const HistoryOptions& options,
-                                    CommandContext& context,
-                                    const Ledger& ledger);
+Expected<Answer> verify_answer(const HistoryOptions& options,
+                               CommandContext& context,
+                               const Ledger& ledger);
 
 }  // namespace panelcal::history

@@ -25,6 +25,7 @@
 #include "tools/cli/process/version.h"
 #include "tools/cli/provenance.h"
 #include "tools/nightly/report.h"
+#include "tools/page/page.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -207,12 +208,8 @@ class NightlyRun {
     return record;
   }
 
-  nightly::Provenance provenance() const {
-    std::string command_line;
-    for (const std::string& word : context_.options.command_line) {
-      command_line += command_line.empty() ? "panelcal" : " " + word;
-    }
-    nightly::Provenance out = {{"command line", command_line}};
+  Provenance provenance() const {
+    Provenance out = {command_line_row(context_.options)};
     if (const auto bytes = read_file(options_.machine)) {
       out.emplace_back("sha256 " + options_.machine, sha256(*bytes));
     }
@@ -233,8 +230,10 @@ class NightlyRun {
       // If it cannot be made, writing says why.
       std::filesystem::create_directories(folder, ignored);
     }
-    bool is_good = write(html, nightly::night_html(record, provenance()));
-    is_good = write(json, nightly::night_json(record, provenance())) && is_good;
+    const std::string document = facts::text(nightly::night_facts(record, provenance()));
+    const std::string title = fmt::format("Night of {} on {}", record.night, record.machine);
+    bool is_good = write(html, page_html(title, document));
+    is_good = write(json, document) && is_good;
     if (html == "-" || json == "-") return is_good;
     std::string text = nightly::night_text(record);
     if (!html.empty()) text += "report: " + html + "\n";

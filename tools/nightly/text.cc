@@ -3,8 +3,6 @@
 
 #include <algorithm>
 
-#include "calib/base/clock.h"
-#include "calib/drift/amount.h"
 #include "tools/nightly/report.h"
 #include <fmt/format.h>
 
@@ -49,11 +47,6 @@ std::string checks_line(const NightRecord& record) {
 }
 
 }  // namespace
-
-std::string minute_text(std::chrono::sys_seconds time) {
-  const std::string text = iso_8601(time);
-  return text.substr(0, 10) + " " + text.substr(11, 5) + " UTC";
-}
 
 std::string night_text(const NightRecord& record) {
   const std::string what = record.is_dry_run ? ", dry run: " : ": ";

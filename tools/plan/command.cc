@@ -18,9 +18,9 @@
 #include "tools/cli/commands.h"
 #include "tools/cli/output_paths.h"
 #include "tools/cli/provenance.h"
+#include "tools/page/page.h"
 #include "tools/plan/design/design.h"
 #include "tools/plan/output/json.h"
-#include "tools/plan/output/page.h"
 #include "tools/plan/output/text.h"
 #include <fmt/format.h>
 
@@ -56,10 +56,10 @@ class PlanRun {
     if (!prepare() || !check() || !read_noise()) return finish();
     const plan::Plan made = plan::make_plan(
         checked_->program, config_.walk, checked_->nominal_survey, programmed_, request_);
-    write_picture(made);
-    const std::string result = options_.json ? plan::plan_json(made, checked_->program)
-                                             : plan::plan_text(made, checked_->nominal_survey);
-    take(context_.output.write(result));
+    write_facts(made);
+    if (options_.json != "-") {
+      take(context_.output.write(plan::plan_text(made, checked_->nominal_survey)));
+    }
     return finish();
   }
 
@@ -83,11 +83,9 @@ class PlanRun {
   }
 
   bool prepare() {
-    const std::string extension = extension_of(options_.output);
-    is_page_ = extension == ".html";
-    if (!options_.output.empty() && extension != ".svg" && !is_page_) {
-      return refuse("no format belongs to the output's name " + quoted(options_.output),
-                    ".svg or .html");
+    if (!options_.report.empty() && extension_of(options_.report) != ".html") {
+      return refuse("no format belongs to the output's name " + quoted(options_.report),
+                    "a name that ends in .html");
     }
     if (!take(read_machine_config(options_.machine), config_)) return false;
     // Targets that are where they are drawn speak for no model.
@@ -138,6 +136,7 @@ class PlanRun {
   bool read_noise() {
     request_.n_added = static_cast<std::size_t>(options_.n_added);
     request_.fiducial_sigma = um(options_.fiducial_sigma_um.value_or(2));
+    request_.is_assumed = !options_.fiducial_sigma_um && options_.measurements.empty();
     request_.sigma_source =
         fmt::format("{} {:.2f} um",
                     options_.fiducial_sigma_um ? "--fiducial-sigma-um" : "assumed",
@@ -176,19 +175,26 @@ class PlanRun {
     return true;
   }
 
-  void write_picture(const plan::Plan& made) {
-    if (options_.output.empty()) return;
-    plan::PlanPage page{
+  void write_facts(const plan::Plan& made) {
+    if (options_.json.empty() && options_.report.empty()) return;
+    plan::PlanOrigin origin{
         checked_->program.source.file,
         config_.name,
         provenance_of(
             context_.options, checked_->program, {options_.machine, options_.measurements})};
     if (drills_the_time(checked_->program) || config_.drift_um_per_sqrt_day > 0) {
-      page.provenance.emplace_back("clock", time_);
+      origin.provenance.emplace_back("clock", time_);
     }
-    const std::string bytes = is_page_ ? plan::plan_html(made, checked_->nominal_survey, page)
-                                       : plan::plan_svg(made, page);
-    if (take(write_file(options_.output, bytes))) context_.console.say("plan: " + options_.output);
+    const std::string document =
+        facts::text(plan::plan_facts(made, checked_->nominal_survey, origin));
+    if (options_.json == "-") {
+      take(context_.output.write(document));
+    } else if (!options_.json.empty()) {
+      take(write_file(options_.json, document));
+    }
+    if (options_.report.empty()) return;
+    const std::string page = page_html("Plan: " + origin.program, document);
+    if (take(write_file(options_.report, page))) context_.console.say("plan: " + options_.report);
   }
 
   ExitCode finish() {
@@ -204,7 +210,6 @@ class PlanRun {
   std::vector<PanelModel> programmed_;
   plan::PlanRequest request_;
   std::string time_;
-  bool is_page_ = false;  ///< the output, and no picture
 };
 
 }  // namespace

@@ -124,10 +124,6 @@ std::string void_marks(const Voids& voids, const View& view) {
 
 }  // namespace
 
-bool is_blank(const ZonedMap& map, std::size_t i_zone, const Position<frame::Nominal>& place) {
-  return map.zone_at(place) != i_zone || map.voids().at(place) != nullptr;
-}
-
 std::string blanks(const ZonedMap& map, std::size_t i_zone, const View& view) {
   std::string out, borders;
   for (std::size_t i = 0; i < map.zones().size(); ++i) {

@@ -9,9 +9,6 @@
 
 namespace panelcal::surface {
 
-/// True if the map of a zone has nothing at a place: another zone, or a void.
-bool is_blank(const ZonedMap& map, std::size_t i_zone, const Position<frame::Nominal>& place);
-
 /// White paper over all that is_blank(), and borders of zones, for the picture of one zone's map.
 ///
 /// Holes smaller than a pixel are dots, and of many at one pixel one.

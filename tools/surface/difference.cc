@@ -4,16 +4,18 @@
 #include <algorithm>
 #include <cmath>
 
-#include "program/text/json_text.h"
-#include "tools/figures/text.h"
-#include "tools/surface/picture.h"
+#include "tools/surface/made_facts.h"
+#include "tools/surface/shapes.h"
 #include <fmt/format.h>
 
 namespace panelcal::surface {
 namespace {
 
-constexpr int kDifferenceNodes = 110;
-constexpr int kDifferenceLevels = 9;
+using facts::Json;
+
+/// Differences are drawn to 10 nm.
+constexpr double kPicturedPerUm = 100;
+constexpr double kPicturedPerMm = 1e3 * kPicturedPerUm;
 
 std::string difference_line(std::string_view what, std::string_view text) {
   return fmt::format("{:<11}{}\n", what, text);
@@ -37,19 +39,20 @@ std::string judged(const DifferencePart& part) {
                      difference_chance_text(part.chance));
 }
 
-std::string part_json(const DifferencePart& part) {
-  return fmt::format(R"({{"chi_square":{:.9g},"dof":{},"chance":{:.9g}}})",
-                     part.chi_square,
-                     part.degrees_of_freedom,
-                     part.chance);
+Json part_facts(const DifferencePart& part) {
+  return {
+      {"chi_square", part.chi_square}, {"dof", part.degrees_of_freedom}, {"chance", part.chance}};
 }
 
-std::string measured_json(const Measured& measured) {
-  return fmt::format(R"({{"value":{:.9g},"sigma":{:.9g}}})", measured.value, measured.sigma);
+Json measured_facts(const Measured& measured) {
+  return {{"value", measured.value}, {"sigma", measured.sigma}};
 }
 
-std::string difference_point_json(const Eigen::Vector2d& p_mm) {
-  return fmt::format("[{:.9g},{:.9g}]", p_mm.x(), p_mm.y());
+/// Places of the probes that make a map.
+Json probe_places(const StoredMap& stored) {
+  std::vector<Position<frame::Nominal>> places;
+  for (const ProbePoint& probe : stored.kept_points()) places.push_back(probe.place);
+  return corners(places);
 }
 
 }  // namespace
@@ -103,75 +106,57 @@ std::string difference_text(const ComparedMaps& maps) {
                                            place_text(d.greatest_at)));
 }
 
-std::string difference_json(const ComparedMaps& maps) {
+Json difference_figures(const ComparedMaps& maps) {
   const MapDifference& d = maps.difference;
-  std::string out = "{\"before\":";
-  append_json_string(out, maps.before_file);
-  out += ",\"after\":";
-  append_json_string(out, maps.after_file);
-  out += fmt::format(
-      R"(,"changed":{},"model":"{}","probes":{},"outside":{},"center":{},"half":{},"all":{},"offset":{},"tilt":{},)"
-      R"("offset_um":{},"tilt_x_um_m":{},"tilt_y_um_m":{})",
-      d.all.chance < kSignificant,
-      word(d.model),
-      d.n_probes,
-      d.n_outside,
-      difference_point_json(d.center_mm),
-      difference_point_json(d.half_mm),
-      part_json(d.all),
-      part_json(d.offset),
-      part_json(d.tilt),
-      measured_json(d.offset_um),
-      measured_json(d.tilt_x),
-      measured_json(d.tilt_y));
+  Json out = {{"before", maps.before_file},
+              {"after", maps.after_file},
+              {"changed", d.all.chance < kSignificant},
+              {"model", word(d.model)},
+              {"probes", d.n_probes},
+              {"outside", d.n_outside},
+              {"center_mm", facts::point(d.center_mm)},
+              {"half_mm", facts::point(d.half_mm)},
+              {"all", part_facts(d.all)},
+              {"offset", part_facts(d.offset)},
+              {"tilt", part_facts(d.tilt)},
+              {"offset_um", measured_facts(d.offset_um)},
+              {"tilt_x_um_m", measured_facts(d.tilt_x)},
+              {"tilt_y_um_m", measured_facts(d.tilt_y)}};
   if (d.bow) {
-    out += fmt::format(R"(,"bow":{},"bow_x_um":{},"bow_y_um":{},"twist_um":{})",
-                       part_json(*d.bow),
-                       measured_json(*d.bow_x_um),
-                       measured_json(*d.bow_y_um),
-                       measured_json(*d.twist_um));
+    out["bow"] = part_facts(*d.bow);
+    out["bow_x_um"] = measured_facts(*d.bow_x_um);
+    out["bow_y_um"] = measured_facts(*d.bow_y_um);
+    out["twist_um"] = measured_facts(*d.twist_um);
   }
-  if (d.rest) out += ",\"rest\":" + part_json(*d.rest);
-  return out + fmt::format(
-                   ",\"rms_um\":{:.9g},\"greatest_um\":{:.9g},\"greatest_sigma_um\":{:.9g},"
-                   "\"greatest_at\":{}}}\n",
-                   d.rms.in_um(),
-                   d.greatest.in_um(),
-                   d.greatest_sigma.in_um(),
-                   difference_point_json(d.greatest_at.in_mm()));
+  if (d.rest) out["rest"] = part_facts(*d.rest);
+  out["rms_um"] = d.rms.in_um();
+  out["greatest_um"] = d.greatest.in_um();
+  out["greatest_sigma_um"] = d.greatest_sigma.in_um();
+  out["greatest_at_mm"] = facts::point(d.greatest_at.in_mm());
+  return out;
 }
 
-std::string difference_svg(const ComparedMaps& maps, const Provenance& provenance) {
-  contours::ContourMap map;
-  map.id = "difference";
-  map.title = "Later minus earlier, um; ring: greatest";
-  map.unit = "um";
-  map.palette = contours::Palette::Differences;
-  map.outline = maps.difference.common_mm;
-  map.field = contours::field_over(map.outline, kDifferenceNodes, [&](const auto& places) {
-    std::vector<double> values;
-    for (const auto& place : places) {
-      const double was_mm = maps.before.map.lattice().height_mm(place.in_mm());
-      values.push_back(1e3 * (maps.after.map.lattice().height_mm(place.in_mm()) - was_mm));
-    }
-    return values;
-  });
-  contours::set_levels(map, kDifferenceLevels);
-  const report::View view = contours::view_of(map.outline);
-  const Eigen::Vector2d at = view.at(maps.difference.greatest_at.in_mm());
-  // On a white one: where the difference is greatest the map may be as red as anything.
-  std::string greatest;
-  for (const std::string_view css_class : {"halo", "ring"}) {
-    greatest += fmt::format(
-        "<circle class=\"{}\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"9\"/>\n", css_class, at.x(), at.y());
+Json difference_facts(const ComparedMaps& maps, const Provenance& provenance) {
+  Json out = surface_envelope("diff");
+  out.update(difference_figures(maps));
+  const PictureGrid grid(maps.difference.common_mm, mm(0));
+  Json field = grid.facts();
+  field["difference_um"] = Json::array();
+  for (const auto& node : grid.nodes()) {
+    const double was_mm = maps.before.map.lattice().height_mm(node.in_mm());
+    const double is_mm = maps.after.map.lattice().height_mm(node.in_mm());
+    field["difference_um"].push_back(std::round(kPicturedPerMm * (is_mm - was_mm)) /
+                                     kPicturedPerUm);
   }
-  return contours::sheet_svg(
-      fmt::format("From {} to {}", maps.before_file, maps.after_file),
-      {{contours::contour_drawing(map,
-                                  view,
-                                  probe_dots(maps.before, view, "old") +
-                                      probe_dots(maps.after, view, "probe") + greatest)}},
-      provenance);
+  out["common_mm"] = Json::array();
+  for (const auto& corner_mm : maps.difference.common_mm) {
+    out["common_mm"].push_back(facts::point(corner_mm));
+  }
+  out["probes_before_mm"] = probe_places(maps.before);
+  out["probes_after_mm"] = probe_places(maps.after);
+  out["field"] = std::move(field);
+  out["provenance"] = provenance_facts(provenance);
+  return out;
 }
 
 }  // namespace panelcal::surface

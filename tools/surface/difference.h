@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "calib/base/json/facts.h"
 #include "surface/map/difference.h"
 #include "tools/cli/provenance.h"
 
@@ -19,9 +20,9 @@ struct ComparedMaps {
 inline constexpr double kSignificant = 0.01;
 
 std::string difference_text(const ComparedMaps& maps);
-/// One JSON object, docs/formats/surface.md.
-std::string difference_json(const ComparedMaps& maps);
-/// Contours of the difference over what both maps probed.
-std::string difference_svg(const ComparedMaps& maps, const Provenance& provenance);
+/// The figures of it, docs/formats/surface.md.
+facts::Json difference_figures(const ComparedMaps& maps);
+/// The document of them, with the difference over what both maps probed.
+facts::Json difference_facts(const ComparedMaps& maps, const Provenance& provenance);
 
 }  // namespace panelcal::surface

@@ -5,6 +5,7 @@
 
 #include "tools/figures/text.h"
 #include "tools/surface/blanks.h"
+#include "tools/surface/shapes.h"
 #include <fmt/format.h>
 
 namespace panelcal::surface {
@@ -201,12 +202,6 @@ std::vector<Drawing> zone_drawings(const MadeMap& made, std::size_t i_zone) {
             probe_dots(stored, view, "probe") + problems(made, zone, view)));
   }
   return out;
-}
-
-std::string map_svg(const MadeMap& made, const Provenance& provenance) {
-  std::vector<std::vector<Drawing>> rows;
-  for (std::size_t i = 0; i < made.zones.size(); ++i) rows.push_back(zone_drawings(made, i));
-  return contours::sheet_svg("Surface map " + made.file, rows, provenance);
 }
 
 }  // namespace panelcal::surface

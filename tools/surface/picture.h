@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "tools/cli/provenance.h"
 #include "tools/figures/contour_map.h"
 #include "tools/surface/text.h"
 
@@ -24,10 +23,5 @@ std::string probe_dots(const StoredMap& stored,
 /// Of one zone, heights with contours, and sigmas; probes, those left out (red), and those that are
 /// missing or not used. Voids and other zones are blank.
 std::vector<report::Drawing> zone_drawings(const MadeMap& made, std::size_t i_zone);
-
-/// A row for each zone.
-std::string map_svg(const MadeMap& made, const Provenance& provenance);
-/// The pictures with tables, on one page that needs no other file.
-std::string map_html(const MadeMap& made, const Provenance& provenance);
 
 }  // namespace panelcal::surface

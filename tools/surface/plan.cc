@@ -5,20 +5,15 @@
 #include <cmath>
 #include <set>
 
-#include "calib/base/append_format.h"
-#include "program/text/json_text.h"
 #include "surface/fit/fit.h"
-#include "tools/figures/contour_map.h"
-#include "tools/surface/blanks.h"
-#include "tools/surface/text.h"
+#include "tools/surface/made_facts.h"
+#include "tools/surface/shapes.h"
 #include <fmt/format.h>
 
 namespace panelcal::surface {
 namespace {
 
-constexpr int kPlanNodes = 70;
-constexpr int kPlanLevels = 6;
-constexpr std::size_t kMaxProbeNumbers = 150;
+using facts::Json;
 
 std::string plan_line(std::string_view what, std::string_view text) {
   return fmt::format("{:<11}{}\n", what, text);
@@ -28,24 +23,8 @@ std::string worst_text(const WorstSigma& worst) {
   return fmt::format("{} at {}", um_text(worst.sigma), place_text(worst.at));
 }
 
-std::string plan_point_json(const Position<frame::Nominal>& place) {
-  return fmt::format("[{:.9g},{:.9g}]", place.in_mm().x(), place.in_mm().y());
-}
-
-std::string worst_json(const WorstSigma& worst) {
-  return fmt::format(
-      R"({{"sigma_um":{:.9g},"at":{}}})", worst.sigma.in_um(), plan_point_json(worst.at));
-}
-
-std::string provenance_json(const Provenance& provenance) {
-  std::string out;
-  for (const auto& [key, value] : provenance) {
-    out += out.empty() ? "{" : ",";
-    append_json_string(out, key);
-    out += ":";
-    append_json_string(out, value);
-  }
-  return out + "}";
+Json worst_facts(const WorstSigma& worst) {
+  return {{"sigma_um", worst.sigma.in_um()}, {"at_mm", facts::point(worst.at.in_mm())}};
 }
 
 std::vector<double> sigmas_um(const PlannedProbes& planned,
@@ -56,47 +35,50 @@ std::vector<double> sigmas_um(const PlannedProbes& planned,
   }
   std::vector<double> out;
   const auto fit = fit_surface(points, planned.request.model, planned.request.shape());
-  if (!fit) return std::vector<double>(places.size(), 0);
+  if (!fit) return out;
   for (const HeightEstimate& height : fit->at(places)) out.push_back(height.sigma.in_um());
   return out;
 }
 
-std::string probe_dots(const std::vector<Position<frame::Nominal>>& places,
-                       const report::View& view) {
-  std::set<std::pair<long, long>> drawn;
-  std::string path;
-  for (const auto& place : places) {
-    const Eigen::Vector2d at = view.at(place.in_mm());
-    if (!drawn.emplace(std::lround(2 * at.x()), std::lround(2 * at.y())).second) continue;
-    internal::append_format(path, "M{:.1f} {:.1f}h0", at.x(), at.y());
+/// The sigma that the map will have, over what may be probed.
+Json planned_field(const PlannedProbes& planned) {
+  const PictureGrid grid(planned.outline, mm(0));
+  const auto nodes = grid.nodes();
+  Json out = grid.facts();
+  out["sigma_um"] = Json::array();
+  for (const double sigma_um : sigmas_um(planned, nodes)) {
+    out["sigma_um"].push_back(std::round(1e3 * sigma_um) / 1e3);
   }
-  return fmt::format("<path class=\"dots\" d=\"{}\"/>\n", path);
+  // A letter for each node: planned, or blank.
+  std::string sources;
+  for (const auto& node : nodes) {
+    const bool is_surface = !planned.map || !is_blank(*planned.map, planned.i_zone, node);
+    sources += is_surface ? 'p' : 'b';
+  }
+  out["source"] = std::move(sources);
+  return out;
 }
 
-std::string probe_circle(const Eigen::Vector2d& at, double radius, std::string_view css_class) {
-  return fmt::format("<circle class=\"{}\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\"/>",
-                     css_class,
-                     at.x(),
-                     at.y(),
-                     radius);
-}
-
-std::string tour(const PlannedProbes& planned, const report::View& view) {
-  std::string way, stops;
-  const auto& probes = planned.plan.probes;
-  for (std::size_t k = 0; k < probes.size(); ++k) {
-    const Eigen::Vector2d at = view.at(probes[k].in_mm());
-    internal::append_format(way, "{}{:.1f} {:.1f}", way.empty() ? "M" : "L", at.x(), at.y());
-    const bool is_first = k == 0;
-    stops += probe_circle(at, 8, is_first ? "stop begin" : "stop");
-    if (probes.size() > kMaxProbeNumbers) continue;
-    stops += fmt::format("<text class=\"{}\" x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n",
-                         is_first ? "number first" : "number",
-                         at.x(),
-                         at.y() + 3.5,
-                         k + 1);
+/// Of many that lie together, which no picture could tell apart, one stands for all.
+Json pictured_places(const PlannedProbes& planned) {
+  constexpr double kCells = 1000;
+  Eigen::Vector2d low_mm = planned.outline.front(), high_mm = low_mm;
+  for (const Eigen::Vector2d& corner_mm : planned.outline) {
+    low_mm = low_mm.cwiseMin(corner_mm);
+    high_mm = high_mm.cwiseMax(corner_mm);
   }
-  return fmt::format("<path class=\"way\" d=\"{}\"/>\n{}\n", way, stops);
+  const double cell_mm = (high_mm - low_mm).maxCoeff() / kCells;
+  std::set<std::pair<long, long>> seen;
+  std::vector<double> x_mm, y_mm;
+  for (const auto& place : planned.request.places) {
+    const Eigen::Vector2d& at_mm = place.in_mm();
+    if (!seen.emplace(std::lround(at_mm.x() / cell_mm), std::lround(at_mm.y() / cell_mm)).second) {
+      continue;
+    }
+    x_mm.push_back(at_mm.x());
+    y_mm.push_back(at_mm.y());
+  }
+  return {{"x_mm", column(x_mm)}, {"y_mm", column(y_mm)}};
 }
 
 }  // namespace
@@ -136,41 +118,53 @@ std::string plan_text(const PlannedProbes& planned) {
   return out;
 }
 
-std::string plan_json(const PlannedProbes& planned, const Provenance& provenance) {
+Json plan_facts(const PlannedProbes& planned, const Provenance& provenance) {
   const ProbePlan& plan = planned.plan;
   const ProbePlanRequest& request = planned.request;
-  std::string probes;
-  for (const auto& place : plan.probes)
-    probes += (probes.empty() ? "" : ",") + plan_point_json(place);
-  std::string out = fmt::format(
-      R"({{"reached":{},"tolerance_um":{:.9g},"probe_sigma_um":{:.9g},"kernel":"{}","amplitude":{:.9g},)"
-      R"("length":{:.9g},"trend":{},"places":{},"candidates":{},"present":{})",
-      plan.is_reached,
-      request.tolerance.in_um(),
-      request.probe_sigma.in_um(),
-      word(request.kernel),
-      request.amplitude.in_mm(),
-      request.length.in_mm(),
-      request.n_trend,
-      request.places.size(),
-      request.candidates.size(),
-      request.present.size());
-  if (plan.before) out += ",\"before\":" + worst_json(*plan.before);
-  if (!plan.is_reached) {
-    out += ",\"reason\":";
-    append_json_string(out, plan.why_not);
-    return out + "}\n";
+  Json out = surface_envelope("plan");
+  out.update({{"reached", plan.is_reached},
+              {"tolerance_um", request.tolerance.in_um()},
+              {"probe_sigma_um", request.probe_sigma.in_um()},
+              {"belief", planned.belief},
+              {"kernel", word(request.kernel)},
+              {"amplitude_mm", request.amplitude.in_mm()},
+              {"length_mm", request.length.in_mm()},
+              {"trend", request.n_trend},
+              {"places", request.places.size()},
+              {"candidates", request.candidates.size()},
+              {"present", request.present.size()}});
+  if (plan.before) out["before"] = worst_facts(*plan.before);
+  if (plan.is_reached) {
+    out["worst"] = worst_facts(plan.worst);
+    if (plan.grid) {
+      out["grid"] = {{"columns", plan.grid->n_columns},
+                     {"rows", plan.grid->n_rows},
+                     {"worst", worst_facts(plan.grid->worst)}};
+    }
+    out["way_mm"] = plan.way.in_mm();
+  } else {
+    out["reason"] = plan.why_not;
   }
-  out += ",\"worst\":" + worst_json(plan.worst);
-  if (plan.grid) {
-    out += fmt::format(R"(,"grid":{{"columns":{},"rows":{},"worst":{}}})",
-                       plan.grid->n_columns,
-                       plan.grid->n_rows,
-                       worst_json(plan.grid->worst));
+  out["probes_mm"] = corners(plan.probes);
+  std::vector<Position<frame::Nominal>> present;
+  for (const ProbePoint& probe : request.present) present.push_back(probe.place);
+  out["present_mm"] = corners(present);
+  out["pictured_places"] = pictured_places(planned);
+  out["outline_mm"] = Json::array();
+  for (const auto& corner_mm : planned.outline) {
+    out["outline_mm"].push_back(facts::point(corner_mm));
   }
-  out += fmt::format(",\"way\":{:.9g},\"probes\":[{}]", plan.way.in_mm(), probes);
-  if (!provenance.empty()) out += ",\"provenance\":" + provenance_json(provenance);
-  return out + "}\n";
+  if (planned.map) {
+    out["voids"] = voids_facts(planned.map->voids());
+    const auto zones = planned.map->zones();
+    if (!zones.empty()) {
+      out["zone"] = zones[planned.i_zone].name;
+      out["border_mm"] = border(zones[planned.i_zone].area);
+    }
+  }
+  out["field"] = planned_field(planned);
+  out["provenance"] = provenance_facts(provenance);
+  return out;
 }
 
 std::string plan_csv(const PlannedProbes& planned) {
@@ -179,40 +173,6 @@ std::string plan_csv(const PlannedProbes& planned) {
     out += fmt::format("{:.9g},{:.9g}\n", place.in_mm().x(), place.in_mm().y());
   }
   return out;
-}
-
-std::string plan_svg(const PlannedProbes& planned, const Provenance& provenance) {
-  contours::ContourMap map;
-  map.id = "plan";
-  map.title = fmt::format("Sigma that the map will have, um; {} for {}",
-                          amount(planned.plan.probes.size(), "probe"),
-                          um_text(planned.request.tolerance));
-  map.unit = "um";
-  map.palette = contours::Palette::Sigmas;
-  map.outline = planned.outline;
-  for (const auto& place : planned.plan.probes) map.marked.push_back(place.in_mm());
-  map.field = contours::field_over(
-      map.outline, kPlanNodes, [&](const auto& places) { return sigmas_um(planned, places); });
-  std::string white;
-  const report::View view = contours::view_of(map.outline);
-  if (planned.map) {
-    map.is_covered = [&](const Eigen::Vector2d& p_mm) {
-      return is_blank(*planned.map, planned.i_zone, position_mm<frame::Nominal>(p_mm));
-    };
-    white = blanks(*planned.map, planned.i_zone, view);
-  }
-  contours::set_levels(map, kPlanLevels);
-  std::string present;
-  for (const ProbePoint& probe : planned.request.present) {
-    present += probe_circle(view.at(probe.place.in_mm()), 3, "old") + "\n";
-  }
-  return contours::sheet_svg(
-      "Where to probe",
-      {{contours::contour_drawing(
-          map,
-          view,
-          white + probe_dots(planned.request.places, view) + present + tour(planned, view))}},
-      provenance);
 }
 
 }  // namespace panelcal::surface

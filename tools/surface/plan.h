@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/base/json/facts.h"
 #include "surface/map/zoned_map.h"
 #include "surface/plan/probe_plan.h"
 #include "tools/cli/provenance.h"
@@ -23,14 +24,10 @@ struct PlannedProbes {
 };
 
 std::string plan_text(const PlannedProbes& planned);
-/// One JSON object, docs/formats/surface.md.
-///
-/// In     provenance: of a file; empty: none is said
-std::string plan_json(const PlannedProbes& planned, const Provenance& provenance = {});
+/// The document of it, with the sigma that the map will have: docs/formats/surface.md.
+facts::Json plan_facts(const PlannedProbes& planned, const Provenance& provenance);
 /// `x,y` and a line for each probe, in the order to visit them. No provenance: a program that reads
 /// such a list takes every further line for a place.
 std::string plan_csv(const PlannedProbes& planned);
-/// The sigma that the map will have, the places that count, and the way from probe to probe.
-std::string plan_svg(const PlannedProbes& planned, const Provenance& provenance);
 
 }  // namespace panelcal::surface

@@ -2,13 +2,11 @@
 #include "tools/surface/text.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <string_view>
 #include <utility>
 #include <variant>
 
-#include "program/text/json_text.h"
 #include "tools/cli/provenance.h"
 #include <fmt/format.h>
 
@@ -19,8 +17,6 @@ namespace {
 constexpr std::size_t kShown = 10;
 /// Chances below are said to be below.
 constexpr double kLeastChance = 1e-9;
-/// In a mm: less is rounding, which differs from compiler to compiler.
-constexpr double kPicometres = 1e9;
 
 std::string map_line(std::string_view what, std::string_view text) {
   return fmt::format("{:<11}{}\n", what, text);
@@ -41,26 +37,6 @@ std::string from_text(const Place& from) {
 
 std::string and_more(std::size_t n) {
   return n > kShown ? fmt::format("  ... and {} more\n", n - kShown) : "";
-}
-
-std::string surface_number(double value) {
-  return std::isfinite(value) ? fmt::format("{:.9g}", value) : "null";
-}
-
-std::string map_point_json(const Position<frame::Nominal>& p) {
-  return fmt::format("[{},{}]", surface_number(p.in_mm().x()), surface_number(p.in_mm().y()));
-}
-
-std::string text_json(std::string_view text) {
-  std::string out;
-  append_json_string(out, text);
-  return out;
-}
-
-std::string extreme_json(const Extreme& extreme) {
-  return fmt::format(R"({{"value":{},"at":{}}})",
-                     surface_number(extreme.value.in_mm()),
-                     map_point_json(extreme.at));
 }
 
 }  // namespace
@@ -186,66 +162,6 @@ std::string missing_lines(const MadeMap& made) {
   return out + and_more(made.missing.size());
 }
 
-/// The keys that a map has for each of its zones, without braces.
-/// In     n_probes: that were read for it
-std::string zone_json(const MadeZone& zone, std::size_t n_probes) {
-  const StoredMap& stored = zone.stored;
-  const HeightMap& map = stored.map;
-  const MapFacts& facts = zone.facts;
-  std::string filled, left_out;
-  for (const FilledArea& area : facts.filled) {
-    filled += fmt::format(R"({}{{"area_mm2":{},"middle":{}}})",
-                          filled.empty() ? "" : ",",
-                          surface_number(area.area_mm2),
-                          map_point_json(area.middle));
-  }
-  for (const SurfaceOutlier& outlier : map.outliers()) {
-    const ProbePoint& probe = stored.points[outlier.i_point];
-    left_out += fmt::format(
-        R"({}{{"name":{},"file":{},"line":{},"place":{},"deviation":{},"sigma":{},"chance":{}}})",
-        left_out.empty() ? "" : ",",
-        text_json(outlier.name),
-        text_json(probe.from.file),
-        probe.from.line,
-        map_point_json(probe.place),
-        surface_number(outlier.deviation.in_mm()),
-        surface_number(outlier.sigma.in_mm()),
-        surface_number(outlier.chance));
-  }
-  return fmt::format(
-      R"("probes":{},"model":"{}","summary":{},"reason":{},"lowest":{},"highest":{},)"
-      R"("residual_rms":{},"stated_rms":{},"worst_sigma":{},"usual_sigma":{},"filled_share":{},)"
-      R"("filled":[{}],"max_extrapolation":{},"lattice_error":{},"left_out":[{}])",
-      n_probes,
-      word(map.surface().model()),
-      text_json(map.surface().summary()),
-      text_json(map.reason()),
-      extreme_json(facts.lowest),
-      extreme_json(facts.highest),
-      surface_number(facts.residual_rms.in_mm()),
-      surface_number(facts.stated_rms.in_mm()),
-      extreme_json(facts.worst_sigma),
-      surface_number(facts.usual_sigma.in_mm()),
-      surface_number(facts.filled_share()),
-      filled,
-      surface_number(map.options().max_extrapolation.in_mm()),
-      surface_number(std::round(map.lattice_error().in_mm() * kPicometres) / kPicometres),
-      left_out);
-}
-
-/// A probe that makes no surface, and why.
-std::string refused_json(std::string_view name,
-                         const Place& from,
-                         const Position<frame::Nominal>& place,
-                         std::string_view reason) {
-  return fmt::format(R"({{"name":{},"file":{},"line":{},"place":{},"reason":{}}})",
-                     text_json(name),
-                     text_json(from.file),
-                     from.line,
-                     map_point_json(place),
-                     text_json(reason));
-}
-
 }  // namespace
 
 MadeMap made_map(StoredZones stored, std::vector<MissingProbe> missing, std::string file) {
@@ -286,35 +202,6 @@ std::string made_text(const MadeMap& made) {
     out += zone_text(zone);
   }
   return out;
-}
-
-std::string made_json(const MadeMap& made) {
-  std::string zones, unused, missing;
-  for (const MadeZone& zone : made.zones) {
-    zones += fmt::format(R"({}{{"name":{},{}}})",
-                         zones.empty() ? "" : ",",
-                         text_json(zone.name),
-                         zone_json(zone, zone.stored.points.size()));
-  }
-  for (const UnusedProbe& one : made.stored.map.unused()) {
-    const ProbePoint& probe = made.stored.points[one.i_point];
-    unused +=
-        (unused.empty() ? "" : ",") + refused_json(probe.name, probe.from, probe.place, one.reason);
-  }
-  for (const MissingProbe& probe : made.missing) {
-    missing += (missing.empty() ? "" : ",") +
-               refused_json(probe.name, probe.from, probe.place, probe.reason);
-  }
-  return fmt::format(
-      R"({{"map":{},{},"voids":{},"unused":[{}],"missing":[{}]}})"
-      "\n",
-      text_json(made.file),
-      made.has_zones()
-          ? fmt::format(R"("probes":{},"zones":[{}])", made.stored.points.size(), zones)
-          : zone_json(made.zones[0], made.stored.points.size()),
-      made.stored.map.voids().all().size(),
-      unused,
-      missing);
 }
 
 }  // namespace panelcal::surface

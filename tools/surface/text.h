@@ -44,7 +44,5 @@ std::string coverage_text(const MapFacts& facts);
 
 /// The output of `panelcal surface fit`: a line for each figure.
 std::string made_text(const MadeMap& made);
-/// The same as one JSON object, docs/formats/surface.md.
-std::string made_json(const MadeMap& made);
 
 }  // namespace panelcal::surface

@@ -245,6 +245,7 @@ class Reader {
     history_.series.points.push_back(std::move(point));
     history_.ids.push_back(entry.id);
     history_.is_by_hand.push_back(!is_of_a_night);
+    history_.asked_by.push_back(entry.record.asked_by);
     const auto in_force = in_force_ ? values_.find(*in_force_) : values_.end();
     history_.in_force_values.emplace_back();
     if (in_force != values_.end()) history_.in_force_values.back() = in_force->second.value;

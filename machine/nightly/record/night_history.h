@@ -31,8 +31,9 @@ struct NightHistory {
   /// rolled back since, are left out of models. Times ascend: where a clock was set back, a second
   /// after the one before; or if a fresh start was marked since, those before it are moved back.
   DriftSeries series;
-  std::vector<std::int64_t> ids;  ///< of those points' entries
-  std::vector<bool> is_by_hand;   ///< of those points: installed by a person
+  std::vector<std::int64_t> ids;      ///< of those points' entries
+  std::vector<bool> is_by_hand;       ///< of those points: installed by a person
+  std::vector<std::string> asked_by;  ///< of those points' entries
   /// After each of those points; absent where nothing was, or what an older entry has.
   std::vector<std::optional<Eigen::VectorXd>> in_force_values;
   std::vector<QualityNight> qualities;

@@ -63,8 +63,11 @@ struct NightPlotPoint {
   std::vector<double> sigma;
   bool is_refused = false;
   bool is_fresh_start = false;
-  bool is_alarm = false;         ///< a chart of drift said something that night
-  std::vector<double> in_force;  ///< after that night; empty if nothing was
+  bool is_alarm = false;                  ///< a chart of drift said something that night
+  std::vector<double> in_force;           ///< after that night; empty if nothing was
+  std::optional<std::int64_t> ledger_id;  ///< its entry; tonight's is the step's
+  std::string asked_by;                   ///< of that entry: a person, a timer
+  bool is_by_hand = false;                ///< a person has installed it, and no night
 };
 
 /// A scatter, a contrast or another number that tells how well a night could measure.
@@ -110,8 +113,11 @@ struct NightStep {
   std::vector<NightQuality> qualities;
   std::vector<std::string> alarms;        ///< of drift and of qualities, in words
   std::optional<DrillForecast> forecast;  ///< of what is in force after this step
-  std::string forecast_text;              ///< "yes, until ...", or why there is no forecast
-  std::string since_when;  ///< of the last alarm: what moved, since which night; or empty
+  /// Limit of the error of the one in force, to be drilled with, in the axes' unit: of one or two
+  /// axes the length of its error, else the largest.
+  std::optional<double> tolerance;
+  std::string forecast_text;  ///< "yes, until ...", or why there is no forecast
+  std::string since_when;     ///< of the last alarm: what moved, since which night; or empty
   std::vector<NightPlotPoint> series;  ///< the last 60 nights, tonight included
   std::vector<NightHole> holes;
   std::optional<StoredMap> surface;       ///< the probed surface

@@ -7,10 +7,9 @@
 
 #include "calib/camera/calibration/calibration_file.h"
 #include "calib/table/calibration_file.h"
-#include "tools/history/diff_picture.h"
+#include "tools/history/facts.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 
 #include "tests/calib/table/table_of.h"
 #include "tests/support/matchers.h"
@@ -243,25 +242,30 @@ TEST(HistoryDiff, RefusesWhatIsNoPair) {
               FailsWith(Code::CalibrationInvalid, "x.ledger entry 1"));
 }
 
-TEST(HistoryDiff, TextAndPictureSayTheSame) {
+TEST(HistoryDiff, TextAndFactsAgree) {
   const Job job = job_on({0, 0});
   const LedgerEntry before = offset_entry(1, 50, -3);
   const LedgerEntry after = offset_entry(2, 50.003, -3.004);
   const auto shift = shift_of(job, change_between({before, ""}, {after, ""}, "x.ledger"));
   ASSERT_TRUE(shift);
-  const JobShiftFacts facts{"<job>.exc", "entry 2 & 1", {"a note"}, {}};
-  const std::string text = job_shift_text(*shift, facts);
+  const JobShiftWords words{"job.exc", {"a note"}};
+  const std::string text = job_shift_text(*shift, words);
   EXPECT_THAT(text, HasSubstr("largest shift 5.00 um"));
   EXPECT_THAT(text, HasSubstr("nothing moves, 2 places"));
   EXPECT_THAT(text, HasSubstr("note: a note\n"));
-  const auto json = nlohmann::json::parse(job_shift_json(*shift, facts));
+  const facts::Json json = job_shift_facts(*shift, words);
   EXPECT_EQ(json["max_mm"], 0.005);
   EXPECT_EQ(json["uncorrected"], 2);
   EXPECT_EQ(json["worst"]["shift_mm"][1], -0.004);
-  const std::string svg = job_shift_svg(*shift, facts);
-  EXPECT_THAT(svg, HasSubstr("&lt;job&gt;.exc: entry 2 &amp; 1"));
-  EXPECT_THAT(svg, HasSubstr("max 5.00 um"));
-  EXPECT_THAT(svg, HasSubstr("times longer than true"));
+  EXPECT_EQ(json["notes"][0], "a note");
+  EXPECT_EQ(json["targets_mm"].size(), 3U);
+  EXPECT_EQ(json["outline_mm"].size(), shift->hull.size());
+  // A place that targets correct moves by all of it, the others not at all.
+  ASSERT_GT(json["sample"].size(), 2U);
+  for (const facts::Json& one : json["sample"]) {
+    const double length_mm = std::hypot(one["shift_mm"][0], one["shift_mm"][1]);
+    EXPECT_TRUE(length_mm == 0 || std::abs(length_mm - 0.005) < 1e-9) << one;
+  }
 }
 
 }  // namespace

@@ -15,8 +15,9 @@ installed entry is in force; `rollback` puts an earlier one in force, and delete
 writes that calibration's file again:
   $ panelcal history show 12 --result -l drill1.ledger -o spindle1.cal.json
 
-This shows how far every hole of a job would move, with a picture of arrows:
-  $ panelcal history diff 11 12 -l drill1.ledger --program job.exc -m machine.toml -o shift.svg
+This shows how far every hole of a job would move, on a page with arrows:
+  $ panelcal history diff 11 12 -l drill1.ledger --program job.exc -m machine.toml \
+      --report shift.html
 
 Exit codes
   0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)";
@@ -25,7 +26,8 @@ inline constexpr std::string_view kHistoryList = R"(Example
   $ panelcal history list -l drill1.ledger --kind spindle-camera --last 5
 
 One line an entry, the newest last: number, time, machine, what was calibrated, verdict. * is in
-force. --machine, --kind and --subject choose; --json writes an object a line.
+force. --machine, --kind and --subject choose. --report writes a page with all entries over time
+and the charts of their parameters, --json the same as facts (share/schema/history.schema.json).
 
 Exit codes
   0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)";
@@ -51,11 +53,12 @@ Exit codes
 
 inline constexpr std::string_view kHistoryDiff = R"(Example
   $ panelcal history diff 11 12 -l drill1.ledger
-  $ panelcal history diff 11 12 -l drill1.ledger --program job.exc -m machine.toml -o shift.svg
+  $ panelcal history diff 11 12 -l drill1.ledger --program job.exc -m machine.toml \
+      --report shift.html
 
 The first prints each parameter before and after, and the change in sigmas; of two surfaces also how
 their maps differ. The second says how far every hole of the job would move if 12 took the place of
-11, and draws it; --measurements of a recorded job says where cameras saw its targets.
+11, and --report draws it; --measurements of a recorded job says where cameras saw its targets.
 
 Exit codes
   0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)";
@@ -83,10 +86,10 @@ Exit codes
 
 inline constexpr std::string_view kHistoryPlot = R"(Example
   $ panelcal history plot -l drill1.ledger --machine "drill 1" --kind spindle-camera \
-      --subject "spindle 1 station 1" --parameter offset_x -o offset.svg
+      --subject "spindle 1 station 1" --parameter offset_x --report offset.html
 
-Draws one parameter over time, with its sigmas and with what was in force. `panelcal history show`
-lists the parameters of an entry.
+Prints one parameter over time, an entry a line: number, time, value, sigma, verdict. --report draws
+it with what was in force. `panelcal history show` lists the parameters of an entry.
 
 Exit codes
   0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)";

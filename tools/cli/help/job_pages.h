@@ -71,7 +71,7 @@ Exit codes
   SIGHUP, SIGINT or SIGTERM came: what moved was halted first, and the page says "interrupted")";
 
 inline constexpr std::string_view kPlan = R"(Example
-  $ panelcal plan datasets/demo/panel.exc -m datasets/demo/machine.toml -o plan.html
+  $ panelcal plan datasets/demo/panel.exc -m datasets/demo/machine.toml --report plan.html
 
 Predicts, before any measurement, how much of the noise of its targets reaches the worst hole and
 where that hole is, for every model that the targets determine; how many holes lie outside of the
@@ -85,8 +85,9 @@ targets in three corners under an affine model, seen from the fourth. "um" is th
 of --fiducial-sigma-um (2) in the picture, or as --measurements had it, with the machine's own
 [uncertainty] at targets; "total" also counts what the machine adds to every hole.
 
--o plan.svg draws it: bands of equal certainty, the worst hole, pads to add, the order of visits;
--o plan.html has tables and advice as well. --json: one object (docs/formats/plan.md).
+--report is a page that needs no other file: the leverage over the panel, which follows as targets
+are dragged and pads are added, what an outlier would do, the order of visits. --json writes the
+same as facts (docs/formats/plan.md); - is standard output, in place of the text.
 
 Exit codes
   0 advice was given, also where targets do not determine their model; 2 bad input or usage; 3 the

@@ -7,7 +7,7 @@
 namespace panelcal::pages {
 
 inline constexpr std::string_view kSurface = R"(Example
-  $ panelcal surface fit heightmap.csv -o map.json --plot map.svg
+  $ panelcal surface fit heightmap.csv -o map.json --report map.html
   $ panelcal surface query map.json 12.5,40
   (12.500, 40.000)           1.6021 mm +- 2.31 um  measured
 
@@ -19,7 +19,7 @@ Exit codes
   failed)";
 
 inline constexpr std::string_view kSurfaceFit = R"(Example
-  $ panelcal surface fit probes.jsonl -o map.json --plot map.svg --report map.html
+  $ panelcal surface fit probes.jsonl -o map.json --report map.html
 
 Outliers among the probes are left out and named; up to 15 probes are judged one by one, and where
 a wild one cannot be told from a bend of the board, "why" says so. The model is a plane where
@@ -42,8 +42,8 @@ A probe that lies in a void, or is so near that its tip may touch it, or lies in
 count and is named. A tool without a diameter is refused: the size of its voids is not known.
   $ panelcal surface fit probes.jsonl --voids-of drill.exc -m machine.toml -o map.json
 
--o is the map (docs/formats/surface_map.md), --plot a picture of contours and sigmas, --report the
-same as a page with tables; both leave voids white.
+-o is the map (docs/formats/surface_map.md), --report a page of heights, sigmas, residuals and the
+surface in space, on which voids are blank. --json writes the same as facts; - is standard output.
 
 Exit codes
   0 a map was made; 1 too many probes do not fit the others; 2 the probes make no map, or bad usage;
@@ -51,26 +51,26 @@ Exit codes
 
 inline constexpr std::string_view kSurfaceQuery = R"(Example
   $ panelcal surface query map.json 12.5,40 -3,0
-  $ panelcal surface query map.json --program job.exc -m machine.toml --json > heights.jsonl
+  $ panelcal surface query map.json --program job.exc -m machine.toml --json heights.json
   $ panelcal surface query map.json --grid 11x7
 
 Each line has the place, the height and its sigma, and whether it is measured, filled or
 extrapolated. Places farther outside of the probes than the map allows are refused: they get no
-height, and the exit code is 1. --json: one object a line, lengths in mm:
-  {"place":[12.5,40],"height":1.6021,"sigma":0.00231,"source":"measured","outside":0}
-of a program also "line", "tool", "path". "source" is measured, filled, extrapolated, void or
-refused. In a void the height is predicted from the probes about it, and "void" names it; a map of
-zones names the "zone" of each place, and refuses places in none.
+height, and the exit code is 1. --json FILE has a column for x_mm, y_mm, height_mm, sigma_um and so
+on (docs/formats/surface.md); - is standard output, in place of the lines. The source of a height is
+measured, filled, extrapolated, void or refused. In a void the height is predicted from the probes
+about it, and the void is named; a map of zones names the zone of each place, and refuses places in
+none.
 
 Exit codes
   0 done; 1 a place was refused; 2 bad input or usage)";
 
 inline constexpr std::string_view kSurfaceDiff = R"(Example
-  $ panelcal surface diff before.json after.json --plot change.svg
+  $ panelcal surface diff before.json after.json --report change.html
 
 Compares the probes of the later map with the earlier map's prediction: an offset, a tilt, bow and
 twist, and the rest. Each is a change if the chance that scatter alone makes it as large is below
-0.01. The picture and the last two lines compare the maps themselves, over the area that both
+0.01. The page of --report and the last two lines compare the maps themselves, over the area that both
 probed. The probes need not stand at the same places. --zone selects one zone of maps of several
 zones.
 
@@ -79,7 +79,7 @@ Exit codes
 
 inline constexpr std::string_view kSurfacePlan = R"(Example
   $ panelcal surface plan --program job.exc -m machine.toml --tolerance-um 10 \
-      --amplitude-mm 0.1 --length-mm 80 --probe-sigma-um 3 -o probes.csv --plot plan.svg
+      --amplitude-mm 0.1 --length-mm 80 --probe-sigma-um 3 -o probes.csv --report plan.html
   $ panelcal surface plan map.json --tolerance-um 10
   $ panelcal surface plan map.json --afresh --program job.exc -m machine.toml --tolerance-um 10
 
@@ -90,7 +90,8 @@ of its bending about a plane, --length-mm the distance over which it changes. Th
 count as done already, but with --afresh, for another panel of its kind. --zone selects one zone of
 a map of several zones; the plan has no probe whose tip would touch a void of MAP.
 
--o lists the places: .csv as bare X and Y, .json with the figures and the plan's inputs.
+-o lists the places as bare X and Y (.csv). --report is a page with the sigma that the map will have;
+--json has the figures, the places and the plan's inputs.
 
 Printed are the places in a short order to visit, the worst sigma with them, and how many probes a
 regular grid would need. The plan holds if the panel bends as assumed: fit its map, and look at its

@@ -21,8 +21,14 @@ void add_key(CLI::App& command, HistoryOptions& o, bool required) {
       ->required(required);
 }
 
-void add_entry_json(CLI::App& command, HistoryOptions& o) {
-  command.add_flag("--json", o.json, "JSON instead of text");
+void add_facts(CLI::App& command, HistoryOptions& o) {
+  command.add_option("--json", o.json, "The facts as JSON; - is standard output");
+}
+
+/// Of those that have something to look at.
+void add_page(CLI::App& command, HistoryOptions& o) {
+  add_facts(command, o);
+  command.add_option("--report", o.report, "A page of the facts (.html)");
 }
 
 /// Of those that list entries.
@@ -37,7 +43,7 @@ void add_list(CLI::App& command, HistoryOptions& o) {
 void add_history_list_options(CLI::App& command, HistoryOptions& o) {
   begin_history(command, o, HistoryOptions::Action::List);
   add_list(command, o);
-  add_entry_json(command, o);
+  add_page(command, o);
 }
 
 void add_history_export_options(CLI::App& command, HistoryOptions& o) {
@@ -49,14 +55,14 @@ void add_history_show_options(CLI::App& command, HistoryOptions& o) {
   begin_history(command, o, HistoryOptions::Action::Show);
   command.add_option("ID", o.ids, "Its number")->required()->expected(1);
   command.add_flag("--result", o.result, "The calibration itself, byte for byte");
-  add_entry_json(command, o);
+  add_page(command, o);
 }
 
 void add_history_diff_options(CLI::App& command, HistoryOptions& o) {
   begin_history(command, o, HistoryOptions::Action::Diff);
   command.add_option("ID", o.ids, "Two numbers: before and after")->required()->expected(2);
-  CLI::Option* program = command.add_option(
-      "--program", o.program, "Show how far every hole of this job would move; -o is its picture");
+  CLI::Option* program =
+      command.add_option("--program", o.program, "Show how far every hole of this job would move");
   CLI::Option* machine = command.add_option("-m,--machine", o.machine_file, "machine.toml");
   program->needs(machine);
   machine->needs(program);
@@ -68,7 +74,7 @@ void add_history_diff_options(CLI::App& command, HistoryOptions& o) {
   add_clock(command, o.clock);
   add_limit(command, o.max_operations);
   add_reading(command, o.reading, program);
-  add_entry_json(command, o);
+  add_page(command, o);
 }
 
 void add_history_rollback_options(CLI::App& command, HistoryOptions& o) {
@@ -77,7 +83,7 @@ void add_history_rollback_options(CLI::App& command, HistoryOptions& o) {
   command.add_option("--to", o.to, "Entry to go back to (default: the one before)");
   command.add_option("--reason", o.reason, "Why, for those who read it later")->required();
   command.add_option("--by", o.asked_by, "Who asks (default: the user)");
-  add_entry_json(command, o);
+  add_facts(command, o);
 }
 
 void add_history_fresh_start_options(CLI::App& command, HistoryOptions& o) {
@@ -86,13 +92,14 @@ void add_history_fresh_start_options(CLI::App& command, HistoryOptions& o) {
   command.add_option("--reason", o.reason, "Reason: the part that was changed or examined")
       ->required();
   command.add_option("--by", o.asked_by, "Name of the person (default: the user)");
-  add_entry_json(command, o);
+  add_facts(command, o);
 }
 
 void add_history_plot_options(CLI::App& command, HistoryOptions& o) {
   begin_history(command, o, HistoryOptions::Action::Plot);
   add_key(command, o, true);
   command.add_option("--parameter", o.parameter, "Its name, as `show` lists it")->required();
+  add_page(command, o);
 }
 
 void add_history_verify_options(CLI::App& command, HistoryOptions& o) {
@@ -100,7 +107,7 @@ void add_history_verify_options(CLI::App& command, HistoryOptions& o) {
   command.add_option(
       "-m,--machine", o.machine_file, "machine.toml: its calibrations and its reports");
   command.add_option("--against", o.against, "Files, or folders of .json and .html files");
-  add_entry_json(command, o);
+  add_facts(command, o);
 }
 
 }  // namespace panelcal

@@ -25,9 +25,10 @@ struct HistoryOptions {
   std::string parameter;           ///< to plot
   std::optional<std::int64_t> to;  ///< entry to go back to; empty: the one before
   std::string reason;
-  std::string asked_by;  ///< empty: the user
-  std::string output;    ///< empty: standard output
-  bool json = false;
+  std::string asked_by;              ///< empty: the user
+  std::string output;                ///< of the text; empty: standard output
+  std::string json;                  ///< of the facts; empty: none
+  std::string report;                ///< .html; empty: none
   bool result = false;               ///< show the calibration's own bytes
   std::vector<std::string> against;  ///< verify: files and folders that note the ledger's head
   // diff: what a change does to a job.

@@ -56,10 +56,11 @@ void add_survey_options(CLI::App& command, SurveyOptions& o) {
 void add_plan_options(CLI::App& command, PlanOptions& o) {
   command.add_option("PROGRAM", o.program, "Part program; - is standard input")->required();
   command.add_option("-m,--machine", o.machine, "machine.toml")->required();
-  command.add_option("-o,--output", o.output, "Picture of the plan (.svg), or a page (.html)");
-  command.add_flag("--json", o.json, "One JSON object instead of text");
+  command.add_option(
+      "--report", o.report, "The plan as a page that moves with its targets (.html)");
+  command.add_option("--json", o.json, "The plan as facts for programs; - is standard output");
   command.add_option("--add", o.n_added, "Further targets to propose together")
-      ->check(CLI::Range(1, 20))
+      ->check(CLI::Range(1, 20))  // plan::kMostAdded
       ->capture_default_str();
   CLI::Option* sigma = command.add_option("--fiducial-sigma-um",
                                           o.fiducial_sigma_um,
@@ -208,7 +209,7 @@ void add_nightly_options(CLI::App& command, NightlyOptions& o) {
   command.add_flag("--again", o.is_again, "Calibrate again what this night has calibrated already");
   command.add_option(
       "--report", o.report, "The report's page (default: [nightly] reports/NIGHT.html)");
-  command.add_option("--json", o.json, "The same for programs; - is standard output");
+  command.add_option("--json", o.json, "The facts as JSON; - is standard output");
   command.add_option("--temperature", o.temperature_c, "Of the machine, degC (default: [nightly])")
       ->check(CLI::Range(-50.0, 100.0));
   command.add_option("--by,--asked-by", o.asked_by, "Who asks (default: the user)");

@@ -92,12 +92,12 @@ struct LocateCommandOptions {
 struct PlanOptions {
   std::string program;
   std::string machine;
-  std::string output;        ///< .svg or .html; empty: no picture
+  std::string json;          ///< facts; - is standard output; empty: none
+  std::string report;        ///< page; empty: none
   std::string measurements;  ///< of an earlier job, for the noise of its targets; may be empty
   std::string clock;         ///< as CheckOptions
   std::optional<double> fiducial_sigma_um;  ///< noise of a target's picture along each axis
   int n_added = 1;                          ///< further targets to propose together
-  bool json = false;
   std::int64_t max_operations = kUsualMaxOperations;
   ReadingTerms reading;
 };

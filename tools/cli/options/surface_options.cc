@@ -14,7 +14,7 @@ namespace {
 /// Of each of them.
 void begin_surface(CLI::App& command, SurfaceOptions& o, SurfaceOptions::What what) {
   o.what = what;
-  command.add_flag("--json", o.json, "JSON instead of text");
+  command.add_option("--json", o.json, "The result as facts for programs; - is standard output");
 }
 
 constexpr const char* kClock = "Date and time for texts, such as 2026-11-21T13:45:00";
@@ -91,8 +91,7 @@ void add_surface_fit_options(CLI::App& command, SurfaceOptions& o) {
       ->capture_default_str();
   command.add_option("--zaxis", o.z_axis, "Whose heights, of probes with several Z axes (from 0)")
       ->check(CLI::Range(0, 63));
-  command.add_option("--plot", o.plot, "Picture of heights and sigmas (.svg)");
-  command.add_option("--report", o.report, "The same with tables, as a page (.html)");
+  command.add_option("--report", o.report, "Heights, sigmas and probes as a page (.html)");
 }
 
 void add_surface_query_options(CLI::App& command, SurfaceOptions& o) {
@@ -111,7 +110,7 @@ void add_surface_diff_options(CLI::App& command, SurfaceOptions& o) {
   begin_surface(command, o, SurfaceOptions::What::Diff);
   command.add_option("MAP", o.files, "Two maps: before and after")->required()->expected(2);
   add_zone(command, o);
-  command.add_option("--plot", o.plot, "Picture of the difference (.svg)");
+  command.add_option("--report", o.report, "The difference as a page (.html)");
 }
 
 void add_surface_plan_options(CLI::App& command, SurfaceOptions& o) {
@@ -142,10 +141,8 @@ void add_surface_plan_options(CLI::App& command, SurfaceOptions& o) {
   amplitude->needs(length)->excludes(map);
   length->needs(amplitude)->excludes(map);
   amplitude->needs(sigma);
-  command.add_option("-o,--output",
-                     o.output,
-                     "List of the places, in the order to probe (.csv), or the plan (.json)");
-  command.add_option("--plot", o.plot, "Picture of the plan (.svg)");
+  command.add_option("-o,--output", o.output, "List of the places, in the order to probe (.csv)");
+  command.add_option("--report", o.report, "The plan as a page (.html)");
 }
 
 void add_surface_apply_options(CLI::App& command, SurfaceOptions& o) {

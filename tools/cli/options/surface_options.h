@@ -20,12 +20,11 @@ struct SurfaceOptions {
   std::string program;  ///< query, plan: whose places are asked for; may be empty
   std::string output;   ///< fit: the map; plan: the list of places; may be empty; export
   std::string gcode;    ///< apply: the program, and `output` what becomes of it
-  std::string plot;     ///< .svg; empty: none
-  std::string report;   ///< .html; empty: none
+  std::string json;     ///< facts; - is standard output; empty: none
+  std::string report;   ///< fit, diff, plan: page; empty: none
   std::string clock;    ///< as CheckOptions
   std::int64_t max_operations = kUsualMaxOperations;
   ReadingTerms reading;  ///< of `program` and `voids_of`
-  bool json = false;
   // fit
   std::string model = "auto";                  ///< or a word of surface_model_words()
   std::string format;                          ///< of probes, export too; empty: by the file

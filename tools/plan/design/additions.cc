@@ -18,8 +18,15 @@ constexpr std::size_t kMostMissing = 4;
 class AdditionSearch {
  public:
   AdditionSearch(const SeriesWork& work, const ModelRule& rule)
-      : work_(work), rule_(rule), corners_(work.corners.corners()) {
-    for (const PlannedPlace& candidate : work.candidates) places_.push_back(candidate.nominal);
+      : work_(work), rule_(rule), corners_(work.plan.places_hull) {
+    for (const PlannedPlace& candidate : work.plan.candidates) places_.push_back(candidate.nominal);
+  }
+
+  /// Every candidate is a pad of which both coordinates are seen.
+  PanelModel model_with(std::size_t n) const {
+    std::vector<DesignTarget> design = work_.plan.design;
+    design.resize(design.size() + n);
+    return rule_(work_.plan.level, design);
   }
 
   Addition best(std::size_t n) const {
@@ -27,7 +34,7 @@ class AdditionSearch {
                            .targets = work_.plan.design,
                            .candidates = places_,
                            .corners = corners_,
-                           .base_cov = work_.base_cov},
+                           .base_cov = work_.plan.base_cov},
                           n);
   }
 
@@ -35,11 +42,11 @@ class AdditionSearch {
     AdditionPlan out{.is_best = addition.is_best};
     std::vector<DesignTarget> design = work_.plan.design;
     for (const std::size_t i : addition.chosen) {
-      out.pads.push_back(work_.candidates[i]);
-      design.push_back({work_.candidates[i].nominal});
+      out.pads.push_back(work_.plan.candidates[i]);
+      design.push_back({work_.plan.candidates[i].nominal});
     }
     out.model = rule_(work_.plan.level, design);
-    out.fit = predict_fit(design, out.model, work_.base_cov).fit;
+    out.fit = predict_fit(design, out.model, work_.plan.base_cov).fit;
     if (out.fit && work_.plan.predicts_errors) {
       out.latest = latest_error(work_.plan, design, *out.fit);
     }
@@ -48,16 +55,9 @@ class AdditionSearch {
   }
 
  private:
-  /// Every candidate is a pad of which both coordinates are seen.
-  PanelModel model_with(std::size_t n) const {
-    std::vector<DesignTarget> design = work_.plan.design;
-    design.resize(design.size() + n);
-    return rule_(work_.plan.level, design);
-  }
-
   /// Of all places, under the model in force; it is greatest at a corner of their hull.
   std::optional<double> worst(std::span<const DesignTarget> design) const {
-    const auto fit = predict_fit(design, work_.plan.programmed, work_.base_cov).fit;
+    const auto fit = predict_fit(design, work_.plan.programmed, work_.plan.base_cov).fit;
     if (!fit) return std::nullopt;
     const LeverageMap leverage(fit->cov);
     double worst = 0;
@@ -82,6 +82,9 @@ void find_additions(SeriesWork& work, const ModelRule& rule, std::size_t n_added
   if (!plan.has_slots) plan.n_addable = most - std::min(most, plan.design.size());
   if (plan.n_places == 0 || plan.n_addable == 0) return;
   const AdditionSearch search(work, rule);
+  for (std::size_t k = 0; k <= std::min(kMostAdded, plan.n_addable); ++k) {
+    plan.models_with.push_back(search.model_with(k));
+  }
   const std::size_t n_missing = std::min(kMostMissing, plan.n_addable);
   std::size_t n = 1;
   Addition addition = search.best(n);

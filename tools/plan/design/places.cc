@@ -47,7 +47,8 @@ void PlaceSink::pass(const Operation& operation, const PlacedPoint& point, int t
                      .line = operation.line,
                      .file = operation.file,
                      .tool = tool,
-                     .path = operation.path};
+                     .path = operation.path,
+                     .is_rout = std::holds_alternative<Rout>(operation.what)};
   if (operation.origin != nullptr) {
     if (operation.origin->base_series != nullptr)
       place.base_series = *operation.origin->base_series;

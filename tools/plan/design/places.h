@@ -37,6 +37,7 @@ struct PassingPlace {
   std::optional<std::size_t> base_series = std::nullopt;
   std::optional<std::size_t> nested_series = std::nullopt;
   bool is_target = false;
+  bool is_rout = false;         ///< an end of a rout move
   bool has_own_target = false;  ///< drilled where a target of its own is seen, whatever the fits
 
   PlannedPlace kept() const;

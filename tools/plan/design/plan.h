@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -47,6 +48,13 @@ struct TargetError {
   std::optional<ErrorTrials> at_twice;
 };
 
+/// From stiff to soft.
+inline constexpr std::array kPlannedModels = {PanelModel::Offset,
+                                              PanelModel::Rigid,
+                                              PanelModel::Similarity,
+                                              PanelModel::Stretch,
+                                              PanelModel::Affine};
+
 /// The figures of a series under one model.
 struct ModelPlan {
   PanelModel model = PanelModel::Offset;
@@ -75,6 +83,9 @@ struct SeriesPlan {
   PanelModel programmed = PanelModel::Offset;
   std::vector<PlannedPlace> targets;
   std::vector<DesignTarget> design;
+  /// Of the map that a nested series is looked up under, in units of its own noise squared; zero
+  /// for a base series.
+  MapCovariance base_cov = MapCovariance::Zero();
   Length noise;                     ///< along each axis, the root mean square over the targets
   GateLimits limits;                ///< that a job holds the series against
   bool predicts_errors = true;      ///< of a smooth model nothing is known before the measurement
@@ -85,17 +96,19 @@ struct SeriesPlan {
   std::int64_t n_places = 0;
   /// No hole is corrected by this series alone; places are the nested targets that it has to find.
   bool serves_targets = false;
-  std::vector<Position<frame::Nominal>> hull;  ///< of the targets
-  std::int64_t n_outside = 0;                  ///< places outside of it
+  std::vector<Position<frame::Nominal>> hull;         ///< of the targets
+  std::vector<Position<frame::Nominal>> places_hull;  ///< the worst place is one of its corners
+  std::int64_t n_outside = 0;                         ///< places outside of it
   Length farthest;
   PlannedPlace farthest_place;
-  bool has_slots = false;     ///< targets that show one axis only
-  std::size_t n_addable = 0;  ///< the number of further targets the series may have
-  std::size_t n_candidates = 0;
-  bool is_thinned = false;              ///< not every hole was a candidate
+  bool has_slots = false;                ///< targets that show one axis only
+  std::size_t n_addable = 0;             ///< the number of further targets the series may have
+  std::vector<PlannedPlace> candidates;  ///< pads among which further targets are chosen
+  bool is_thinned = false;               ///< not every hole is a candidate
+  /// That a job fits with 0, 1, .. further targets, up to kMostAdded.
+  std::vector<PanelModel> models_with;
   std::optional<AdditionPlan> one;      ///< the best single target, or the fewest that determine
   std::optional<AdditionPlan> several;  ///< the best --add K, K > 1
-  std::vector<Position<frame::Nominal>> sample;  ///< of places, for pictures
 
   const ModelPlan& in_force() const;  ///< under the programmed model
 };
@@ -106,7 +119,6 @@ struct Plan {
   std::int64_t n_uncorrected = 0;
   std::int64_t n_own_target = 0;
   std::size_t n_targets = 0;
-  std::size_t n_series = 0;
   std::size_t n_base = 0;
   std::size_t n_nested = 0;
   std::size_t n_like_worst = 0;    ///< nested series as bad as the worst
@@ -117,6 +129,7 @@ struct Plan {
   MachineUncertainty machine;
   Length picture_sigma;      ///< of a target, by the picture alone; of several kinds the greatest
   bool is_recorded = false;  ///< every series has its own noise, as an earlier job had it
+  bool is_assumed = false;   ///< neither recorded nor stated
   std::string sigma_source;  ///< its source, in words
   VisitPlan visits;
 
@@ -126,12 +139,16 @@ struct Plan {
                      const PlannedPlace& place) const;
 };
 
+/// More than these `--add` does not take.
+inline constexpr std::size_t kMostAdded = 20;
+
 struct PlanRequest {
   Length fiducial_sigma = um(2);
   /// Covariance by measurement as recorded, mm^2, of a slot in its axis alone; empty:
   /// fiducial_sigma for all.
   std::vector<Eigen::Matrix2d> recorded_mm2;
   std::string sigma_source;
+  bool is_assumed = true;
   std::size_t n_added = 1;
   bool chooses_model = false;             ///< the job will; the plan takes what the manual says
   std::optional<PanelModel> fixed_model;  ///< [vision] model, whatever the walk had

@@ -2,20 +2,12 @@
 #include "tools/plan/design/series.h"
 
 #include <algorithm>
-#include <array>
 
 namespace panelcal::plan {
 namespace {
 
-constexpr std::array kModels = {PanelModel::Offset,
-                                PanelModel::Rigid,
-                                PanelModel::Similarity,
-                                PanelModel::Stretch,
-                                PanelModel::Affine};
 /// Outside of the hull begins a nanometre beyond it: copies are rounded.
 constexpr double kOnHull_mm = 1e-6;
-/// Places that a picture shows of one series.
-constexpr std::size_t kSample = 6000;
 /// Of up to this number of targets kErrorTrials cases are drawn of one error.
 constexpr std::size_t kFullyTried = 16;
 /// Of more targets only the one is tried whose error is noticed latest.
@@ -61,20 +53,9 @@ TargetError latest_error(const SeriesPlan& plan,
   return out;
 }
 
-void Sample::add(const Position<frame::Nominal>& place) {
-  if (n_++ % stride_ != 0) return;
-  if (places_.size() == kSample) {
-    for (std::size_t i = 0; 2 * i < kSample; ++i) places_[i] = places_[2 * i];
-    places_.resize(kSample / 2);
-    stride_ *= 2;
-    if ((n_ - 1) % stride_ != 0) return;
-  }
-  places_.push_back(place);
-}
-
 void SeriesWork::predict_models() {
-  for (const PanelModel model : kModels) {
-    const auto result = predict_fit(plan.design, model, base_cov);
+  for (const PanelModel model : kPlannedModels) {
+    const auto result = predict_fit(plan.design, model, plan.base_cov);
     ModelPlan one;
     one.model = model;
     one.is_programmed = model == plan.programmed;
@@ -112,7 +93,6 @@ void SeriesWork::see(const PassingPlace& place) {
     plan.models[i_models[k]].stats.add(leverages[k](place.nominal), place);
   }
   corners.add(place.nominal);
-  sample.add(place.nominal);
   const Length outside = distance_outside(plan.hull, place.nominal);
   if (outside.in_mm() <= kOnHull_mm) return;
   ++plan.n_outside;

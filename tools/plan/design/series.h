@@ -11,31 +11,16 @@
 
 namespace panelcal::plan {
 
-/// Every k-th place, k a power of two, and not more than a picture can show.
-class Sample {
- public:
-  void add(const Position<frame::Nominal>& place);
-  const std::vector<Position<frame::Nominal>>& places() const { return places_; }
-
- private:
-  std::vector<Position<frame::Nominal>> places_;
-  std::size_t n_ = 0;
-  std::size_t stride_ = 1;
-};
-
 /// One series while its plan is made.
 struct SeriesWork {
   SeriesPlan plan;
-  MapCovariance base_cov = MapCovariance::Zero();  ///< in units of this series' noise squared
-  std::vector<LeverageMap> leverages;              ///< of the models that are determined
-  std::vector<std::size_t> i_models;               ///< their indices
+  std::vector<LeverageMap> leverages;  ///< of the models that are determined
+  std::vector<std::size_t> i_models;   ///< their indices
   HullBuilder corners;
   std::optional<CandidatePool> pool;
-  Sample sample;
-  std::vector<PlannedPlace> candidates;
 
-  /// The series' design under each model. Precondition: plan.design, base_cov and
-  /// plan.programmed are there.
+  /// The series' design under each model. Precondition: plan.design, plan.base_cov
+  /// and plan.programmed are there.
   void predict_models();
   /// The answers of a job to an error of each target, under the model in force. Precondition:
   /// plan.limits.

@@ -261,7 +261,7 @@ std::vector<std::string> series_advice(const Plan& plan, const SeriesPlan& serie
   if (series.is_thinned) {
     out.push_back(fmt::format(
         "{} of the places were candidates, one in each cell of a {} x {} grid and the outermost.",
-        report::grouped(static_cast<std::int64_t>(series.n_candidates)),
+        report::grouped(static_cast<std::int64_t>(series.candidates.size())),
         CandidatePool::kCells,
         CandidatePool::kCells));
   }

@@ -72,13 +72,13 @@ class Planner {
  private:
   void summarize() {
     plan_.n_targets = survey_.measurements.size();
-    plan_.n_series = survey_.series.size();
     plan_.chooses_model = request_.chooses_model;
     plan_.bends_panel = request_.bends_panel;
     plan_.fixes_model = request_.fixed_model.has_value();
     plan_.is_recorded = !request_.recorded_mm2.empty();
     plan_.machine = options_.uncertainty;
     plan_.sigma_source = request_.sigma_source;
+    plan_.is_assumed = request_.is_assumed;
     plan_.picture_sigma = request_.fiducial_sigma;
     for (const Eigen::Matrix2d& noise_mm2 : request_.recorded_mm2) {
       const Length sigma = mm(std::sqrt(noise_mm2.trace() / 2));
@@ -106,6 +106,7 @@ class Planner {
     }
     walk([this](const PassingPlace& place) {
       ++plan_.n_places;
+      plan_.has_routs |= place.is_rout;
       if (place.has_own_target) {
         ++plan_.n_own_target;
       } else if (const auto s = series_of(place)) {
@@ -174,7 +175,7 @@ class Planner {
     std::vector<Place> places;
     for (const PlannedPlace& target : plan.targets) places.push_back(target.nominal);
     plan.hull = convex_hull(places);
-    work.base_cov = designs_.base_cov(s);
+    plan.base_cov = designs_.base_cov(s);
     work.predict_models();
     work.predict_errors();
     Glance& glance = glances_[s];
@@ -210,10 +211,9 @@ class Planner {
           work.pool->add(target);
         }
       }
-      work.candidates = work.pool->candidates();
-      work.plan.n_candidates = work.candidates.size();
+      work.plan.candidates = work.pool->candidates();
       work.plan.is_thinned = work.pool->is_thinned();
-      work.plan.sample = work.sample.places();
+      work.plan.places_hull = work.corners.corners();
       predict_choice(work);
     }
   }
@@ -222,11 +222,10 @@ class Planner {
   void predict_choice(SeriesWork& work) const {
     SeriesPlan& plan = work.plan;
     if (!request_.chooses_model || plan.design.size() < 2 || plan.n_places == 0) return;
-    const std::vector<Place> corners = work.corners.corners();
     plan.chosen = chosen_range({.targets = plan.design,
                                 .usual = plan.programmed,
-                                .base_cov = work.base_cov,
-                                .corners = corners});
+                                .base_cov = plan.base_cov,
+                                .corners = plan.places_hull});
   }
 
   /// Third walk: every place as it would be with further targets.

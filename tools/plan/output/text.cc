@@ -49,72 +49,77 @@ std::string wrapped(const std::string& text, std::size_t indent) {
   return out + "\n";
 }
 
+/// Longer lists of errors are printed by --json only.
+constexpr std::size_t kMostListedErrors = 60;
+
+std::string noticed_text(const SeriesPlan& series, const NoticedError& noticed) {
+  return noticed.from ? fmt::format("{:.1f}", *noticed.from * series.noise.in_um()) : "no";
+}
+
+std::string total_text(const Plan& plan,
+                       const SeriesPlan& series,
+                       const PredictedFit& fit,
+                       const LeverageStats& stats) {
+  return fmt::format("{:.2f}", plan.total_sigma(series, fit, stats.worst_place).in_um());
+}
+
+std::string row_text(const Plan& plan, const SeriesPlan& series, const ModelPlan& model) {
+  std::string out = fmt::format("  {} {:<11}", model.is_programmed ? "*" : " ", name(model.model));
+  if (!model.fit) {
+    return out + fmt::format("{:>6}  not determined: {}\n", "-", why(model.failure));
+  }
+  const LeverageStats& stats = model.stats;
+  const bool has_places = stats.n > 0;
+  const auto of_places = [&](const std::string& text) { return has_places ? text : "-"; };
+  // The same everywhere, but for rounding.
+  const bool is_even = stats.n > 1 && stats.worst <= stats.mean() * (1 + 1e-9);
+  std::string noticed = "-";
+  if (model.noticed) noticed = noticed_text(series, *model.noticed);
+  return out + fmt::format("{:>6}  {:>8} {:>8}{}  {:>6}  {:>15}  {}\n",
+                           model.fit->degrees_of_freedom,
+                           of_places(times(stats.worst)),
+                           of_places(um_of(stats.worst, series)),
+                           has_machine_terms(plan)
+                               ? fmt::format("{:>8}",
+                                             of_places(total_text(plan, series, *model.fit, stats)))
+                               : "",
+                           of_places(times(stats.mean())),
+                           noticed,
+                           is_even ? "alike everywhere" : of_places(place_text(stats.worst_place)));
+}
+
 std::string plan_table_text(const Plan& plan, const SeriesPlan& series) {
-  const bool has_total = has_machine_terms(plan);
   std::string out = fmt::format("    {:<11}{:>6}  {:>8} {:>8}{}  {:>6}  {:>15}  {}\n",
                                 "model",
                                 "d.o.f.",
                                 "worst x",
                                 "um",
-                                has_total ? "   total" : "",
+                                has_machine_terms(plan) ? "   total" : "",
                                 "mean x",
                                 "noticed from um",
                                 "the worst is at");
-  for (const ModelRow& row : model_rows(plan, series)) {
-    out += fmt::format("  {} {:<11}", row.is_programmed ? "*" : " ", row.model);
-    if (!row.why_not.empty()) {
-      out += fmt::format("{:>6}  {}\n", "-", row.why_not);
-      continue;
-    }
-    out += fmt::format("{:>6}  {:>8} {:>8}{}  {:>6}  {:>15}  {}\n",
-                       row.left,
-                       row.worst,
-                       row.worst_um,
-                       has_total ? fmt::format("{:>8}", row.total_um) : "",
-                       row.mean,
-                       row.noticed,
-                       row.place);
-  }
+  for (const ModelPlan& model : series.models) out += row_text(plan, series, model);
   return out;
 }
 
 /// The answers of a job to an error of each target.
 std::string error_table_text(const SeriesPlan& series) {
   if (series.errors.empty() || series.errors.size() > kMostListedErrors) return {};
-  std::string out = fmt::format("    {:<42}{:>15}  {:<10}  {:>5}  {:>8}\n",
-                                "an error of one target",
-                                "noticed from um",
-                                "by",
-                                "named",
-                                "at twice");
-  for (const ErrorRow& row : error_rows(series)) {
-    out += fmt::format("    {:<42}{:>15}  {:<10}  {:>5}  {:>8}\n",
-                       row.target,
-                       row.noticed,
-                       row.by,
-                       row.named,
-                       row.named_at_twice);
-  }
-  return out;
-}
-
-}  // namespace
-
-std::vector<ErrorRow> error_rows(const SeriesPlan& series) {
   const auto share = [](const std::optional<ErrorTrials>& trials) {
     return trials ? fmt::format("{:.0f} %", 100 * trials->named_share()) : std::string("-");
   };
-  std::vector<ErrorRow> rows;
+  constexpr auto kRow = "    {:<42}{:>15}  {:<10}  {:>5}  {:>8}\n";
+  std::string out =
+      fmt::format(kRow, "an error of one target", "noticed from um", "by", "named", "at twice");
   for (const TargetError& error : series.errors) {
-    rows.push_back({place_text(series.targets[error.i_target]),
-                    error.noticed.from
-                        ? fmt::format("{:.1f}", *error.noticed.from * series.noise.in_um())
-                        : std::string("no"),
-                    std::string(error.noticed.from ? name(error.noticed.by) : "-"),
-                    share(error.at_once),
-                    share(error.at_twice)});
+    out += fmt::format(kRow,
+                       place_text(series.targets[error.i_target]),
+                       noticed_text(series, error.noticed),
+                       error.noticed.from ? name(error.noticed.by) : "-",
+                       share(error.at_once),
+                       share(error.at_twice));
   }
-  return rows;
+  return out;
 }
 
 std::string noise_text(const Plan& plan) {
@@ -177,41 +182,6 @@ std::string series_note(const Plan& plan, const SeriesPlan& series) {
   return {};
 }
 
-std::vector<ModelRow> model_rows(const Plan& plan, const SeriesPlan& series) {
-  std::vector<ModelRow> rows;
-  for (const ModelPlan& model : series.models) {
-    ModelRow row;
-    row.model = std::string(name(model.model));
-    row.is_programmed = model.is_programmed;
-    if (!model.fit) {
-      row.why_not = "not determined: " + std::string(why(model.failure));
-    } else {
-      row.left = std::to_string(model.fit->degrees_of_freedom);
-      if (model.stats.n > 0) {
-        row.worst = times(model.stats.worst);
-        row.worst_um = um_of(model.stats.worst, series);
-        row.total_um = fmt::format(
-            "{:.2f}", plan.total_sigma(series, *model.fit, model.stats.worst_place).in_um());
-        row.mean = times(model.stats.mean());
-      }
-      // The same everywhere, but for rounding.
-      const bool is_even =
-          model.stats.n > 1 && model.stats.worst <= model.stats.mean() * (1 + 1e-9);
-      if (model.stats.n > 0) {
-        row.place = is_even ? "alike everywhere" : place_text(model.stats.worst_place);
-      }
-      row.noticed = "-";
-      if (model.noticed) {
-        row.noticed = model.noticed->from
-                          ? fmt::format("{:.1f}", *model.noticed->from * series.noise.in_um())
-                          : std::string("no");
-      }
-    }
-    rows.push_back(std::move(row));
-  }
-  return rows;
-}
-
 std::string model_text(const Plan& plan) {
   if (plan.bends_panel) {
     return fmt::format(
@@ -239,6 +209,8 @@ std::string errors_text(const Plan& plan) {
       "often a job then names that target",
       100 * kNoticedShare);
 }
+
+}  // namespace
 
 std::string plan_text(const Plan& plan, const Survey& survey) {
   std::string out = wrapped(noise_text(plan), 0);

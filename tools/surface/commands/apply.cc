@@ -9,8 +9,8 @@
 #include "program/gcode/leveller.h"
 #include "surface/map/file.h"
 #include "tools/surface/commands/subcommand.h"
+#include "tools/surface/made_facts.h"
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 namespace panelcal::surface {
 namespace {
@@ -56,21 +56,22 @@ std::string figures_text(const LevelFigures& figures) {
   return out;
 }
 
-std::string figures_json(const LevelFigures& figures) {
-  nlohmann::ordered_json json;
-  json["moves"] = figures.n_moves;
-  json["levelled"] = figures.n_levelled;
-  json["pieces"] = figures.n_pieces;
-  json["lowest"] = figures.lowest.in_mm();
-  json["highest"] = figures.highest.in_mm();
-  json["safe_height"] = figures.safe_height.in_mm();
-  json["board"] = figures.board.in_mm();
-  json["largest_sigma"] = figures.largest_sigma.in_mm();
-  json["largest_sigma_line"] = figures.line_of_largest_sigma;
-  json["filled"] = figures.n_filled;
-  json["extrapolated"] = figures.n_extrapolated;
-  json["over_voids"] = figures.n_over_voids;
-  return json.dump() + "\n";
+facts::Json level_facts(const LevelFigures& figures, const Provenance& provenance) {
+  facts::Json out = surface_envelope("apply");
+  out.update({{"moves", figures.n_moves},
+              {"levelled", figures.n_levelled},
+              {"pieces", figures.n_pieces},
+              {"lowest_mm", figures.lowest.in_mm()},
+              {"highest_mm", figures.highest.in_mm()},
+              {"safe_height_mm", figures.safe_height.in_mm()},
+              {"board_mm", figures.board.in_mm()},
+              {"largest_sigma_um", figures.largest_sigma.in_um()},
+              {"largest_sigma_line", figures.line_of_largest_sigma},
+              {"filled", figures.n_filled},
+              {"extrapolated", figures.n_extrapolated},
+              {"over_voids", figures.n_over_voids},
+              {"provenance", provenance_facts(provenance)}});
+  return out;
 }
 
 constexpr std::string_view kLevelledBy = "(levelled by panelcal";
@@ -110,7 +111,12 @@ Expected<Answer> apply(const SurfaceOptions& options, CommandContext& context) {
   PANELCAL_TRY(const LevelledGcode levelled,
                level_gcode(program, stored.map, level_options(options)));
   const LevelFigures& figures = levelled.figures;
-  const std::string words = options.json ? figures_json(figures) : figures_text(figures);
+  const std::vector<std::string> inputs = {options.map, options.gcode};
+  const Provenance provenance = provenance_of(context, inputs);
+  PANELCAL_TRY(
+      std::string words,
+      with_facts(
+          options, [&] { return level_facts(figures, provenance); }, {}, figures_text(figures)));
   if (options.max_sigma_um && figures.largest_sigma > um(*options.max_sigma_um)) {
     context.console.print(
         Diagnostic{Code::ToleranceHold,
@@ -120,11 +126,10 @@ Expected<Answer> apply(const SurfaceOptions& options, CommandContext& context) {
                    fmt::format("at most {:g} um (--max-sigma-um)", *options.max_sigma_um)});
     return Answer{words, ExitCode::GateFailed};
   }
-  const std::vector<std::string> inputs = {options.map, options.gcode};
-  std::string text = with_provenance(levelled.text, provenance_of(context, inputs));
+  std::string text = with_provenance(levelled.text, provenance);
   if (options.output != "-") {
     PANELCAL_CHECK(write_file(options.output, text));
-    return Answer{words};
+    return Answer{std::move(words)};
   }
   context.console.say(words);
   return Answer{std::move(text)};

@@ -13,6 +13,7 @@
 #include "machine/job/walk_terms.h"
 #include "tools/cli/output_paths.h"
 #include "tools/cli/process/version.h"
+#include "tools/page/page.h"
 #include "tools/surface/commands/subcommand.h"
 #include "tools/surface/commands/void_sink.h"
 #include <fmt/format.h>
@@ -44,6 +45,20 @@ Provenance provenance_of(const CommandContext& context, std::span<const std::str
     if (const auto bytes = read_file(file)) out.emplace_back("sha256 " + file, sha256(*bytes));
   }
   return out;
+}
+
+Expected<std::string> with_facts(const SurfaceOptions& options,
+                                 const std::function<facts::Json()>& make,
+                                 const std::string& title,
+                                 std::string text) {
+  if (options.json.empty() && options.report.empty()) return text;
+  std::string document = facts::text(make());
+  if (!options.report.empty()) {
+    PANELCAL_CHECK(write_file(options.report, page_html(title, document)));
+  }
+  if (options.json == "-") return document;
+  if (!options.json.empty()) PANELCAL_CHECK(write_file(options.json, document));
+  return text;
 }
 
 namespace {

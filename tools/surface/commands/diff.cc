@@ -2,7 +2,6 @@
 #include <string>
 #include <utility>
 
-#include "calib/base/files/atomic_file.h"
 #include "tools/surface/commands/subcommand.h"
 #include "tools/surface/difference.h"
 
@@ -16,7 +15,7 @@ const std::string kSurfaceDiff = "panelcal surface diff";
 Expected<Answer> diff(const SurfaceOptions& options, CommandContext& context) {
   const std::string& before = options.files.at(0);
   const std::string& after = options.files.at(1);
-  PANELCAL_CHECK(check_extension(kSurfaceDiff, options.plot, ".svg"));
+  PANELCAL_CHECK(check_extension(kSurfaceDiff, options.report, ".html"));
   PANELCAL_TRY(StoredMap earlier, read_zone_of(before, kSurfaceDiff, options));
   PANELCAL_TRY(StoredMap later, read_zone_of(after, kSurfaceDiff, options));
   auto difference = difference_of(earlier, later);
@@ -27,11 +26,13 @@ Expected<Answer> diff(const SurfaceOptions& options, CommandContext& context) {
   }
   const ComparedMaps maps{
       before, after, std::move(earlier), std::move(later), *std::move(difference)};
-  if (!options.plot.empty()) {
-    const Provenance provenance = provenance_of(context, options.files);
-    PANELCAL_CHECK(write_file(options.plot, difference_svg(maps, provenance)));
-  }
-  return Answer{options.json ? difference_json(maps) : difference_text(maps)};
+  PANELCAL_TRY(std::string result,
+               with_facts(
+                   options,
+                   [&] { return difference_facts(maps, provenance_of(context, options.files)); },
+                   "From " + before + " to " + after,
+                   difference_text(maps)));
+  return Answer{std::move(result)};
 }
 
 }  // namespace panelcal::surface

@@ -9,13 +9,13 @@
 #include <vector>
 
 #include "calib/base/files/atomic_file.h"
-#include "program/text/json_text.h"
 #include "surface/files/height_grid.h"
 #include "surface/files/probe_text.h"
 #include "surface/map/file.h"
 #include "tools/cli/output_paths.h"
 #include "tools/surface/commands/grid.h"
 #include "tools/surface/commands/subcommand.h"
+#include "tools/surface/made_facts.h"
 #include "tools/surface/text.h"
 #include <fmt/format.h>
 
@@ -157,21 +157,20 @@ std::string export_text(const SurfaceOptions& options, const Exported& made) {
                         um_text(*made.worst_between));
 }
 
-std::string export_json(const SurfaceOptions& options, const Exported& made) {
-  std::string out = "{\"file\":";
-  append_json_string(out, options.output);
-  out += fmt::format(R"(,"format":"{}","heights":{})", name_of(made.format), made.n_heights);
+facts::Json export_facts(const SurfaceOptions& options, const Exported& made) {
+  facts::Json out = surface_envelope("export");
+  out.update({{"file", options.output},
+              {"format", name_of(made.format)},
+              {"heights", made.n_heights},
+              {"worst_sigma_um", made.worst_sigma.in_um()}});
   if (made.axes) {
-    out += fmt::format(R"(,"columns":{},"rows":{},"step":[{:.9g},{:.9g}],"missing":{},)"
-                       R"("worst_between_um":{:.9g})",
-                       made.axes->x.n_nodes,
-                       made.axes->y.n_nodes,
-                       made.axes->x.step_mm,
-                       made.axes->y.step_mm,
-                       made.n_missing,
-                       made.worst_between->in_um());
+    out.update({{"columns", made.axes->x.n_nodes},
+                {"rows", made.axes->y.n_nodes},
+                {"step_mm", {made.axes->x.step_mm, made.axes->y.step_mm}},
+                {"missing", made.n_missing},
+                {"worst_between_um", made.worst_between->in_um()}});
   }
-  return out + fmt::format(",\"worst_sigma_um\":{:.9g}}}\n", made.worst_sigma.in_um());
+  return out;
 }
 
 }  // namespace
@@ -195,10 +194,13 @@ Expected<Answer> export_map(const SurfaceOptions& options, CommandContext& conte
     if (problem.place.file.empty()) problem.place.file = options.output;
     return failure(std::move(problem));
   }
-  const std::string words = options.json ? export_json(options, made) : export_text(options, made);
+  PANELCAL_TRY(
+      std::string words,
+      with_facts(
+          options, [&] { return export_facts(options, made); }, {}, export_text(options, made)));
   if (options.output != "-") {
     PANELCAL_CHECK(write_file(options.output, *text));
-    return Answer{words};
+    return Answer{std::move(words)};
   }
   context.console.say(words);
   return Answer{*std::move(text)};

@@ -13,7 +13,7 @@
 #include "surface/map/file.h"
 #include "tools/cli/process/version.h"
 #include "tools/surface/commands/subcommand.h"
-#include "tools/surface/picture.h"
+#include "tools/surface/made_facts.h"
 #include <fmt/format.h>
 
 namespace panelcal::surface {
@@ -34,7 +34,6 @@ std::vector<std::string> inputs_of(const SurfaceOptions& options) {
 
 Expected<void> check_fit_outputs(const SurfaceOptions& options) {
   PANELCAL_CHECK(check_extension(kSurfaceFit, options.output, ".json"));
-  PANELCAL_CHECK(check_extension(kSurfaceFit, options.plot, ".svg"));
   PANELCAL_CHECK(check_extension(kSurfaceFit, options.report, ".html"));
   return {};
 }
@@ -147,12 +146,13 @@ Expected<Answer> fit(const SurfaceOptions& options, CommandContext& context) {
   PANELCAL_CHECK(write_file(options.output, text));
   std::vector<std::string> inputs = inputs_of(options);
   std::ranges::move(layout.format_files, std::back_inserter(inputs));
-  const Provenance provenance = provenance_of(context, inputs);
-  if (!options.plot.empty()) PANELCAL_CHECK(write_file(options.plot, map_svg(made, provenance)));
-  if (!options.report.empty()) {
-    PANELCAL_CHECK(write_file(options.report, map_html(made, provenance)));
-  }
-  return Answer{options.json ? made_json(made) : made_text(made)};
+  PANELCAL_TRY(std::string result,
+               with_facts(
+                   options,
+                   [&] { return made_facts(made, provenance_of(context, inputs)); },
+                   "Surface map " + made.file,
+                   made_text(made)));
+  return Answer{std::move(result)};
 }
 
 }  // namespace panelcal::surface

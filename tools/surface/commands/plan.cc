@@ -12,7 +12,6 @@
 #include "calib/base/files/atomic_file.h"
 #include "surface/map/difference.h"
 #include "surface/map/file.h"
-#include "tools/cli/output_paths.h"
 #include "tools/surface/commands/subcommand.h"
 #include "tools/surface/text.h"
 #include <fmt/format.h>
@@ -165,10 +164,8 @@ bool is_surface(const ZonedMap& map, std::size_t i_zone, const Position<frame::N
 }
 
 Expected<void> check_plan_outputs(const SurfaceOptions& options) {
-  if (extension_of(options.output) != ".json") {
-    PANELCAL_CHECK(check_extension(kSurfacePlan, options.output, ".csv"));
-  }
-  return check_extension(kSurfacePlan, options.plot, ".svg");
+  PANELCAL_CHECK(check_extension(kSurfacePlan, options.output, ".csv"));
+  return check_extension(kSurfacePlan, options.report, ".html");
 }
 
 }  // namespace
@@ -221,21 +218,19 @@ Expected<Answer> plan(const SurfaceOptions& options, CommandContext& context) {
   context.console.end_progress();
   if (!plan) return failure(std::move(plan).error());
   planned.plan = *std::move(plan);
-  const Answer answer{options.json ? plan_json(planned) : plan_text(planned),
-                      planned.plan.is_reached ? ExitCode::Done : ExitCode::GateFailed};
-  if (!planned.plan.is_reached) return answer;
-  const Provenance provenance = provenance_of(
-      context,
-      std::vector<std::string>{options.map, options.program, of.format_file, options.machine});
-  if (!options.output.empty()) {
-    const bool is_json = extension_of(options.output) == ".json";
-    PANELCAL_CHECK(
-        write_file(options.output, is_json ? plan_json(planned, provenance) : plan_csv(planned)));
+  const bool is_reached = planned.plan.is_reached;
+  if (is_reached && !options.output.empty()) {
+    PANELCAL_CHECK(write_file(options.output, plan_csv(planned)));
   }
-  if (!options.plot.empty()) {
-    PANELCAL_CHECK(write_file(options.plot, plan_svg(planned, provenance)));
-  }
-  return answer;
+  const std::vector<std::string> inputs = {
+      options.map, options.program, of.format_file, options.machine};
+  PANELCAL_TRY(std::string result,
+               with_facts(
+                   options,
+                   [&] { return plan_facts(planned, provenance_of(context, inputs)); },
+                   "Where to probe",
+                   plan_text(planned)));
+  return Answer{std::move(result), is_reached ? ExitCode::Done : ExitCode::GateFailed};
 }
 
 }  // namespace panelcal::surface

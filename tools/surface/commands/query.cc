@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -9,10 +10,11 @@
 
 #include "calib/advice/convex_hull.h"
 #include "calib/base/files/atomic_file.h"
-#include "program/text/json_text.h"
 #include "surface/map/file.h"
 #include "tools/surface/commands/grid.h"
 #include "tools/surface/commands/subcommand.h"
+#include "tools/surface/made_facts.h"
+#include "tools/surface/shapes.h"
 #include "tools/surface/text.h"
 #include <fmt/format.h>
 
@@ -108,20 +110,6 @@ Expected<std::vector<Asked>> all_asked(const SurfaceOptions& options,
   return failure(usage(kSurfaceQuery, "no place is asked for", "X,Y, -, --program or --grid"));
 }
 
-std::string_view source_word(HeightSource source) {
-  switch (source) {
-    case HeightSource::Measured:
-      return "measured";
-    case HeightSource::Filled:
-      return "filled";
-    case HeightSource::InVoid:
-      return "void";
-    case HeightSource::Extrapolated:
-      break;
-  }
-  return "extrapolated";
-}
-
 /// Answer of a map.
 struct Found {
   std::optional<ZonedHeight> height;  ///< empty: refused
@@ -140,33 +128,50 @@ Found ask(const ZonedMap& map, const Position<frame::Nominal>& place) {
   return out;
 }
 
-std::string json_line(const Asked& asked, const Found& found) {
-  std::string out =
-      fmt::format(R"({{"place":[{},{}])", asked.place.in_mm().x(), asked.place.in_mm().y());
-  const auto add_text = [&](std::string_view key, std::string_view text) {
-    out += fmt::format(",\"{}\":", key);
-    append_json_string(out, text);
-  };
-  if (asked.from) {
-    out += fmt::format(R"(,"line":{})", asked.from->line);
-    if (!asked.from->file.empty()) add_text("file", asked.from->file);
-    if (asked.from->tool > 0) out += fmt::format(R"(,"tool":{})", asked.from->tool);
-    out += fmt::format(R"(,"path":[{}])", fmt::join(asked.from->path, ","));
+/// Columns of a table; those of programs, zones and voids only where there are any.
+class QueryTable {
+ public:
+  void add(const Asked& asked, const Found& found) {
+    const HeightAt height = found.height ? found.height->height : HeightAt{};
+    x_mm_.push_back(asked.place.in_mm().x());
+    y_mm_.push_back(asked.place.in_mm().y());
+    height_mm_.push_back(found.height ? height.height.in_mm() : kNone);
+    sigma_um_.push_back(found.height ? height.sigma.in_um() : kNone);
+    outside_mm_.push_back(found.outside ? found.outside->in_mm() : kNone);
+    source_.emplace_back(found.height ? source_word(height.source) : "refused");
+    zone_.push_back(found.zone.value_or(""));
+    void_.push_back(found.height ? found.height->in_void : "");
+    if (!asked.from) return;
+    line_.push_back(static_cast<std::uint32_t>(asked.from->line));
+    tool_.push_back(static_cast<std::uint32_t>(asked.from->tool));
+    file_.push_back(asked.from->file);
+    path_.push_back(fmt::format("{}", fmt::join(asked.from->path, ",")));
   }
-  if (found.height) {
-    const HeightAt& height = found.height->height;
-    out += fmt::format(R"(,"height":{},"sigma":{},"source":"{}")",
-                       height.height.in_mm(),
-                       height.sigma.in_mm(),
-                       source_word(height.source));
-  } else {
-    out += R"(,"source":"refused")";
+
+  facts::Json facts(const ZonedMap& map) const {
+    facts::Json out = {{"x_mm", column(x_mm_)},
+                       {"y_mm", column(y_mm_)},
+                       {"height_mm", column(height_mm_)},
+                       {"sigma_um", column(sigma_um_)},
+                       {"outside_mm", column(outside_mm_)},
+                       {"source", word_column(source_)}};
+    if (!map.zones().empty()) out["zone"] = word_column(zone_);
+    if (!map.voids().all().empty()) out["void"] = word_column(void_);
+    if (line_.empty()) return out;
+    out["line"] = column(line_);
+    out["tool"] = column(tool_);
+    out["file"] = word_column(file_);
+    out["path"] = word_column(path_);
+    return out;
   }
-  if (found.zone) add_text("zone", *found.zone);
-  if (found.height && !found.height->in_void.empty()) add_text("void", found.height->in_void);
-  if (found.outside) out += fmt::format(",\"outside\":{}", found.outside->in_mm());
-  return out + "}\n";
-}
+
+ private:
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+  std::vector<double> x_mm_, y_mm_, height_mm_, sigma_um_, outside_mm_;
+  std::vector<std::uint32_t> line_, tool_;
+  std::vector<std::string> source_, zone_, void_, file_, path_;
+};
 
 std::string text_line(const Asked& asked, const Found& found) {
   std::string out = fmt::format("{:<24}", place_text(asked.place));
@@ -207,12 +212,24 @@ Expected<Answer> query(const SurfaceOptions& options, CommandContext& context) {
   PANELCAL_TRY(const StoredZones stored, read_zoned_map_file(options.map));
   PANELCAL_TRY(const std::vector<Asked> asked, all_asked(options, stored.map, context));
   Answer answer;
+  QueryTable table;
   std::size_t n_refused = 0;
   for (const Asked& place : asked) {
     const Found found = ask(stored.map, place.place);
     if (!found.height) ++n_refused;
-    answer.text += options.json ? json_line(place, found) : text_line(place, found);
+    if (options.json != "-") answer.text += text_line(place, found);
+    if (!options.json.empty()) table.add(place, found);
   }
+  const auto document = [&] {
+    facts::Json out = surface_envelope("query");
+    out["map"] = options.map;
+    out["refused"] = n_refused;
+    out["places"] = table.facts(stored.map);
+    out["provenance"] = provenance_facts(provenance_of(
+        context, std::vector<std::string>{options.map, options.program, options.machine}));
+    return out;
+  };
+  PANELCAL_TRY(answer.text, with_facts(options, document, {}, std::move(answer.text)));
   if (n_refused > 0) {
     answer.code = ExitCode::GateFailed;
     context.console.say(refused_text(n_refused, asked.size(), stored.map));

@@ -2,12 +2,14 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "calib/base/expected.h"
+#include "calib/base/json/facts.h"
 #include "surface/map/file.h"
 #include "surface/map/voids.h"
 #include "tools/cli/commands.h"
@@ -68,6 +70,16 @@ Expected<std::size_t> zone_of(const StoredZones& stored,
 
 /// Version, command line and digests, for what is written.
 Provenance provenance_of(const CommandContext& context, std::span<const std::string> files);
+
+/// Makes a document of facts where --json or --report asks for one.
+///
+/// In     make: the document; title: of the page; text: the result in words
+/// Out    what standard output gets: the text, or the document with `--json -`
+/// Fails  as write_file()
+Expected<std::string> with_facts(const SurfaceOptions& options,
+                                 const std::function<facts::Json()>& make,
+                                 const std::string& title,
+                                 std::string text);
 
 /// Fails  usage, of `panelcal surface WHAT`: no `extension` at a name that is not empty
 Expected<void> check_extension(const std::string& command,

@@ -11,7 +11,6 @@
 #include "calib/advice/convex_hull.h"
 #include "calib/base/statistics/random.h"
 #include "tools/plan/output/json.h"
-#include "tools/plan/output/page.h"
 #include "tools/plan/output/text.h"
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -206,7 +205,7 @@ TEST(PlanFacts, ThinnedCandidatesLoseLittle) {
                            series_of(3, PanelModel::Affine));
     const SeriesPlan& series = made.plan.series.at(0);
     ASSERT_TRUE(series.is_thinned);
-    EXPECT_LT(series.n_candidates, 2400u);
+    EXPECT_LT(series.candidates.size(), 2400u);
     std::vector<Place> all;
     PlaceSink sink(made.survey, [&](const PassingPlace& place) { all.push_back(place.nominal); });
     DiagnosticLog log;
@@ -312,42 +311,90 @@ TEST(PlanFacts, NeverMakeTheWayLonger) {
   for (std::size_t k = 0; k < 3; ++k) EXPECT_LT(visits.free[k], 3u);  // the base series first
 }
 
-TEST(PlanPage, DrawsTheWorstPlaceAndThePads) {
+/// The document, as a reader has it.
+facts::Json document_of(const Made& made) {
+  const PlanOrigin origin{"a<b.exc", "m", {{"made by", "x"}}};
+  return facts::Json::parse(facts::text(plan_facts(made.plan, made.survey, origin)));
+}
+
+TEST(PlanDocument, HoldsTheWorstPlaceAndThePads) {
   const Made made = make(program_of(blocks("G36", {kSquare[0], kSquare[1], kSquare[3]}),
                                     blocks("", {{10, 10}, {290, 290}, {300, 300}})),
                          series_of(3, PanelModel::Affine),
                          2);
-  const PlanPage page{"a<b.exc", "m", {{"made by", "x"}}};
-  const std::string html = plan_html(made.plan, made.survey, page);
-  EXPECT_THAT(html, HasSubstr("worst 1.73 x"));
-  EXPECT_THAT(html, HasSubstr("with one more target"));
-  EXPECT_THAT(html, HasSubstr("with 2 more targets"));
-  EXPECT_THAT(html, HasSubstr("a&lt;b.exc"));
-  EXPECT_THAT(html, Not(HasSubstr("a<b.exc")));
-  EXPECT_THAT(html, Not(HasSubstr("nan")));
-  EXPECT_THAT(plan_svg(made.plan, page), HasSubstr("worst 1.73 x"));
+  const facts::Json document = document_of(made);
+  EXPECT_EQ(document["program"], "a<b.exc");
+  const facts::Json& series = document["series"][0];
+  const facts::Json& affine = series["models"].back();
+  EXPECT_EQ(affine["model"], "affine");
+  EXPECT_NEAR(affine["worst_leverage"].get<double>(), std::sqrt(3.0), 1e-9);
+  EXPECT_EQ(affine["worst_at"]["nominal_mm"], facts::Json({300.0, 300.0}));
+  EXPECT_EQ(series["additions"][0]["pads"].size(), 1u);
+  EXPECT_EQ(series["additions"][1]["pads"].size(), 2u);
+  EXPECT_EQ(series["candidates"]["x_mm"], facts::Json({10.0, 290.0, 300.0}));
+  // Of the hole at (10, 10) too, a corner of the places' hull.
+  EXPECT_EQ(series["places_hull_mm"].size(), 2u);
 }
 
-TEST(PlanPage, LivesWithoutTargetsAndWithoutHoles) {
+/// The page computes the leverage by these when a target is dragged; the judge is the plan itself.
+TEST(PlanDocument, HoldsWhatTheLeverageFollowsFrom) {
+  const std::vector<Eigen::Vector2d> targets = {{0, 0}, {280, 10}, {15, 240}, {260, 255}};
+  const Made made = make(program_of(blocks("G36", targets), blocks("", kSquare)),
+                         series_of(4, PanelModel::Stretch));
+  const facts::Json document = document_of(made);
+  const facts::Json& series = document["series"][0];
+  for (const facts::Json& model : series["models"]) {
+    const facts::Json& rows = document["jacobians"][model["model"].get<std::string>()];
+    Eigen::MatrixXd jacobian(6, static_cast<Eigen::Index>(rows[0].size()));
+    for (Eigen::Index i = 0; i < jacobian.size(); ++i) {
+      const auto row = static_cast<std::size_t>(i % 6), column = static_cast<std::size_t>(i / 6);
+      jacobian(i % 6, i / 6) = rows[row][column];
+    }
+    Eigen::MatrixXd information = Eigen::MatrixXd::Zero(6, 6);
+    for (const facts::Json& target : series["targets"]) {
+      const double x = target["nominal_mm"][0], y = target["nominal_mm"][1];
+      Eigen::MatrixXd design(2, 6);
+      design << x, y, 0, 0, 1, 0, 0, 0, x, y, 0, 1;
+      Eigen::Matrix2d weight;
+      weight << target["weight"][0], target["weight"][1], target["weight"][1], target["weight"][2];
+      information += design.transpose() * weight * design;
+    }
+    const Eigen::MatrixXd cov =
+        jacobian * (jacobian.transpose() * information * jacobian).inverse() * jacobian.transpose();
+    const LeverageMap leverage{MapCovariance(cov)};
+    double worst = 0;
+    for (const facts::Json& corner : series["places_hull_mm"]) {
+      worst = std::max(worst, leverage(position_mm<frame::Nominal>(corner[0], corner[1])));
+    }
+    EXPECT_NEAR(worst, model["worst_leverage"].get<double>(), 1e-6) << model["model"];
+  }
+}
+
+TEST(PlanDocument, NamesTheModelOfEachNumberOfFurtherTargets) {
+  const Made made = make(program_of(blocks("G36", {kSquare[0]}), blocks("", kSquare)),
+                         series_of(1, PanelModel::Stretch));
+  const facts::Json models = document_of(made)["series"][0]["models_with"];
+  ASSERT_EQ(models.size(), kMostAdded + 1);
+  for (std::size_t n = 0; n < 4; ++n) {
+    EXPECT_EQ(models[n],
+              name(model_at_most(PanelModel::Stretch, 2 * static_cast<int>(n + 1), false)))
+        << n;
+  }
+}
+
+TEST(PlanDocument, LivesWithoutTargetsAndWithoutHoles) {
   const Made without_targets = make(program_of("", "X1.0Y1.0\n"), {});
   const Made without_holes = make(program_of(blocks("G36", {{0, 0}, {9, 0}, {0, 9}}), ""),
                                   series_of(3, PanelModel::Affine));
-  for (const Made* made : {&without_targets, &without_holes}) {
-    EXPECT_THAT(plan_html(made->plan, made->survey, {"p", "m", {}}), Not(HasSubstr("nan")));
-    EXPECT_THAT(plan_svg(made->plan, {"p", "m", {}}), Not(HasSubstr("nan")));
-    EXPECT_THAT(plan_json(made->plan, made->program), Not(HasSubstr("nan")));
-    EXPECT_FALSE(plan_text(made->plan, made->survey).empty());
-  }
+  EXPECT_EQ(document_of(without_targets)["series"].size(), 0u);
+  EXPECT_FALSE(plan_text(without_targets.plan, without_targets.survey).empty());
   // Nothing is certain to 0.00 where there is nothing.
-  for (const ModelRow& row : model_rows(without_holes.plan, without_holes.plan.series.at(0))) {
-    ASSERT_EQ(row.why_not, "");
-    for (const std::string* cell :
-         {&row.worst, &row.worst_um, &row.total_um, &row.mean, &row.place}) {
-      EXPECT_EQ(*cell, "-") << row.model;
-    }
+  EXPECT_THAT(plan_text(without_holes.plan, without_holes.survey), Not(HasSubstr("0.00 ")));
+  for (const facts::Json& model : document_of(without_holes)["series"][0]["models"]) {
+    EXPECT_TRUE(model["determined"]);
+    EXPECT_FALSE(model.contains("worst_leverage")) << model;
+    EXPECT_FALSE(model.contains("worst_at")) << model;
   }
-  EXPECT_THAT(plan_html(without_holes.plan, without_holes.survey, {"p", "m", {}}),
-              Not(HasSubstr("0.00<")));
 }
 
 }  // namespace

@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: Apache-2.0
+# cmake -D WEB=folder -D MODULES=a.js,b.js -D OUTPUT=file.cc -P bundle_web.cmake
+#
+# Joins the modules of the front end to one script: the lines `import ... from` and the words `export`
+# go, since all top-level names are unique (tests/web/modules_test.py). Writes it and the style sheet
+# as C++. Needs nothing but CMake.
+
+# Raw string literals of at most this many characters, which every compiler takes.
+set(PIECE 12000)
+
+function(append_literal text)
+  string(LENGTH "${text}" length)
+  set(at 0)
+  while(at LESS length)
+    string(SUBSTRING "${text}" ${at} ${PIECE} piece)
+    # Between lines, so that no character is cut in two.
+    string(FIND "${piece}" "\n" end REVERSE)
+    math(EXPR end "${end} + 1")
+    string(SUBSTRING "${piece}" 0 ${end} piece)
+    file(APPEND "${OUTPUT}.new" "R\"panelcal(${piece})panelcal\"\n")
+    math(EXPR at "${at} + ${end}")
+  endwhile()
+endfunction()
+
+string(REPLACE "," ";" MODULES "${MODULES}")
+set(script "\"use strict\";(() => {\n")
+foreach(module IN LISTS MODULES)
+  file(READ "${WEB}/${module}" text)
+  string(REGEX REPLACE "(^|\n)import [^;]*from \"[^\"]*\";" "\\1" text "${text}")
+  string(REGEX REPLACE "(^|\n)export " "\\1" text "${text}")
+  string(APPEND script "${text}")
+endforeach()
+string(APPEND script "})();\n")
+file(READ "${WEB}/style.css" style)
+# Markup that would end the script or the style sheet inside the page.
+if("${script}${style}" MATCHES "</script|</style|<!--|\\)panelcal\"")
+  message(FATAL_ERROR "web/: \"${CMAKE_MATCH_0}\" cannot stand in a page; write it in two pieces")
+endif()
+
+file(WRITE "${OUTPUT}.new"
+     "// Made by cmake/bundle_web.cmake.\n#include \"tools/page/front_end.h\"\n\n"
+     "namespace panelcal {\n\nconst std::string_view kFrontEndScript =\n")
+append_literal("${script}")
+file(APPEND "${OUTPUT}.new" ";\n\nconst std::string_view kFrontEndStyle =\n")
+append_literal("${style}")
+file(APPEND "${OUTPUT}.new" ";\n\n}  // namespace panelcal\n")
+file(RENAME "${OUTPUT}.new" "${OUTPUT}")

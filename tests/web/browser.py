@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pages in a headless Chromium, as a person sees them."""
+import json
+import shutil
+import sys
+import time
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
+from facts import MARK  # noqa: E402
+
+try:
+    from selenium import webdriver
+    from selenium.webdriver.chrome.service import Service
+except ImportError:
+    webdriver = None
+
+SKIP = 77
+WIDTHS = (400, 1280, 2560)
+HOSTILE = "<img src=x onerror=\"window.injected=1\"><script>window.injected=1</script>&lt;b&gt;'\"</script>\u202e\u0007"
+
+# Elements that reach over the window's edge (but in what scrolls by itself), and texts of figures that leave them.
+CUT_OFF = """
+const out = [];
+for (const one of document.querySelectorAll("main *")) {
+  const box = one.getBoundingClientRect();
+  if (box.width && !one.closest(".scroll, svg, pre") && (box.right > innerWidth + 1 || box.left < -1)) {
+    out.push(`${one.tagName} ${one.className}: ${one.textContent.slice(0, 40)}`);
+  }
+}
+for (const text of document.querySelectorAll("svg text")) {
+  const box = text.getBoundingClientRect(), frame = text.closest("svg").getBoundingClientRect();
+  if (box.width && (box.right > frame.right + 1 || box.left < frame.left - 1 || box.bottom > frame.bottom + 1)) {
+    out.push(`text in a figure: ${text.textContent}`);
+  }
+}
+return out;
+"""
+
+
+def skip_without_browser():
+    """Ends the test where there is no Chromium: a skip, which CI takes for a failure."""
+    if webdriver is None or not shutil.which("chromedriver"):
+        print("chromium-driver and python3-selenium are not installed")
+        sys.exit(SKIP)
+
+
+class Browser:
+    def __init__(self):
+        options = webdriver.ChromeOptions()
+        for word in ("--headless=new", "--no-sandbox", "--disable-gpu", "--lang=en"):
+            options.add_argument(word)
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+        self.driver = webdriver.Chrome(service=Service(shutil.which("chromedriver")), options=options)
+
+    def close(self):
+        self.driver.quit()
+
+    def open(self, path, width=1280, dark=False):
+        """Shows a file; what the console says of it is an error."""
+        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {
+            "width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False})
+        self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {
+            "features": [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]})
+        self.driver.get(Path(path).resolve().as_uri())
+        self.settle()
+        said = [line["message"] for line in self.driver.get_log("browser")]
+        assert not said, said
+
+    def settle(self):
+        """Figures draw themselves anew when they know their width: two frames later they have."""
+        self.driver.execute_async_script(
+            "const done = arguments[0]; requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 30)));")
+
+    def run(self, script, *arguments):
+        return self.driver.execute_script(script, *arguments)
+
+    def texts(self, selector):
+        return self.run("return [...document.querySelectorAll(arguments[0])].map((one) => one.textContent)", selector)
+
+    def count(self, selector):
+        return len(self.texts(selector))
+
+    def cut_off(self):
+        return self.run(CUT_OFF)
+
+    def point_at(self, selector, index=0):
+        """Moves the pointer to the middle of an element; what the figure then says of it."""
+        self.run("""
+          const one = document.querySelectorAll(arguments[0])[arguments[1]];
+          one.closest("figure").scrollIntoView({block: "center"});
+          const box = one.getBoundingClientRect();
+          one.closest("svg").dispatchEvent(new PointerEvent("pointermove", {bubbles: true,
+            clientX: box.left + box.width / 2, clientY: box.top + box.height / 2}));""", selector, index)
+        time.sleep(0.05)
+        return [text for text in self.texts(".hint:not([hidden]) div") if text]
+
+
+def with_facts(page, facts, path):
+    """The same page with other facts."""
+    before, rest = Path(page).read_text(encoding="utf-8").split(MARK)
+    text = json.dumps(facts).replace("<", "\\u003c")
+    Path(path).write_text(before + MARK + text + rest[rest.index("</script>"):], encoding="utf-8")
+    return path
+
+
+def hostile(value, keep=()):
+    """The facts with every text replaced but those of the keys that are words of the schema."""
+    if isinstance(value, dict):
+        return {key: one if key in keep else hostile(one, keep) for key, one in value.items()}
+    if isinstance(value, list):
+        return [hostile(one, keep) for one in value]
+    return HOSTILE if isinstance(value, str) else value

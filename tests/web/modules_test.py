@@ -1,0 +1,87 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""The modules of web/ can be joined to one script, and all of it is theirs.
+
+    modules_test.py REPOSITORY
+"""
+import re
+import sys
+import unittest
+from pathlib import Path
+
+ROOT = Path(sys.argv.pop())
+WEB = ROOT / "web"
+NAME = re.compile(r"^(?:export )?(?:async )?(?:function\*?|const|let|class) (?:(\w+)|\{([^}]*)\})", re.MULTILINE)
+IMPORT = re.compile(r'^import [^;]*from "([^"]*)";', re.MULTILINE)
+MAX_LINES = 4000
+FORBIDDEN = ["innerHTML", "outerHTML", "insertAdjacentHTML", "document.write", "eval(", "new Function", "fetch(",
+             "XMLHttpRequest", "DOMParser", "javascript:"]
+
+
+def modules():
+    listed = re.search(r"set\(PANELCAL_WEB_MODULES\s+([^)]*)\)", (WEB / "modules.cmake").read_text())
+    return listed[1].split()
+
+
+def read(name):
+    return (WEB / name).read_text(encoding="utf-8")
+
+
+class Modules(unittest.TestCase):
+    def test_all_are_in_the_list(self):
+        files = {str(path.relative_to(WEB)) for path in WEB.rglob("*.js")}
+        self.assertEqual(files, set(modules()))
+        self.assertEqual(len(modules()), len(set(modules())))
+
+    def test_top_level_names_are_unique(self):
+        owner = {}
+        for module in modules():
+            for one, several in NAME.findall(read(module)):
+                for name in filter(None, [one, *re.split(r"[\s,]+", several)]):
+                    self.assertNotIn(name, owner, f"{name} of {module} is also in {owner.get(name)}")
+                    owner[name] = module
+
+    def test_imports_stand_before_who_needs_them(self):
+        seen = set()
+        for module in modules():
+            for target in IMPORT.findall(read(module)):
+                path = str(((WEB / module).parent / target).resolve().relative_to(WEB.resolve()))
+                self.assertIn(path, seen, f"{module} imports {path}, which is not listed before it")
+            self.assertNotRegex(IMPORT.sub("", read(module)), r"(?m)^(import|export (default|\{|\*))")
+            # Joined modules have no names of their own: `import {a as b}` would be lost.
+            self.assertNotRegex(read(module), r"(?m)^import [^;]* as ")
+            seen.add(module)
+
+    def test_no_text_becomes_markup_and_nothing_is_loaded(self):
+        for module in modules():
+            for word in FORBIDDEN:
+                self.assertNotIn(word, read(module), module)
+
+    def test_every_word_has_both_languages(self):
+        text = read("base/words.js")
+        body = text[text.index("const words = {"):text.index("\n};")]
+        rows = re.findall(r'^  (\w+): \[\s*("(?:[^"\\]|\\.)*"),\s*("(?:[^"\\]|\\.)*"),?\s*\],', body, re.MULTILINE)
+        self.assertEqual(len(rows), len(re.findall(r"^  \w+:", body, re.MULTILINE)), "a row is not [English, German]")
+        names = [key for key, _, _ in rows]
+        self.assertEqual(len(names), len(set(names)))
+        for key, english, german in rows:
+            with self.subTest(key=key):
+                self.assertTrue(len(english) > 2 and len(german) > 2)
+                self.assertEqual(sorted(re.findall(r"\{\w+\}", english)), sorted(re.findall(r"\{\w+\}", german)))
+
+    def test_every_word_is_used(self):
+        text = read("base/words.js")
+        keys = re.findall(r"^  (\w+): \[", text, re.MULTILINE)
+        rest = "".join(read(module) for module in modules() if module != "base/words.js")
+        prefixes = re.findall(r'wordOf\(\s*"(\w+)"', rest)
+        unused = [key for key in keys if f'"{key}"' not in rest and not any(key.startswith(p + "_") for p in prefixes)]
+        self.assertEqual(unused, [])
+
+    def test_front_end_stays_small(self):
+        lines = sum(len(path.read_text(encoding="utf-8").splitlines())
+                    for path in [*WEB.rglob("*.js"), *WEB.rglob("*.css")])
+        self.assertLessEqual(lines, MAX_LINES)
+
+
+if __name__ == "__main__":
+    unittest.main()
