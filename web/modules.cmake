@@ -5,5 +5,13 @@ set(PANELCAL_WEB_MODULES
     base/words.js
     base/format.js
     base/colours.js
+    base/columns.js
+    figures/place_index.js
+    figures/job_map.js
+    figures/target_picture.js
+    figures/arrows.js
+    figures/job_charts.js
+    views/job_targets.js
+    views/job_fits.js
     views/job.js
     main.js)

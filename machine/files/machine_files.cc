@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "calib/base/files/atomic_file.h"
+#include "calib/base/json/facts.h"
 #include "machine/config/machine_config.h"
 #include "machine/config/settings/coupon_options.h"
 #include "machine/config/toml/toml_table.h"
@@ -95,7 +96,8 @@ bool is_night_name(std::string_view stem) {
          (stem.size() > 1 && stem[0] == '-' && std::ranges::all_of(stem.substr(1), is_digit));
 }
 
-/// As tools/nightly/page.cc has it; the heading of a job's report begins with the program.
+constexpr std::string_view kNightFacts = "{\"facts\":\"night\",";
+/// Of pages from before they carried their facts; a job's report began with the program.
 constexpr std::string_view kHeading = "<h1>";
 constexpr std::string_view kNightHeading = "<h1>Night of <b>";
 constexpr std::size_t kMaxPageBytes = std::size_t{1} << 28;
@@ -104,6 +106,8 @@ constexpr std::size_t kMaxPageBytes = std::size_t{1} << 28;
 bool is_page_of_something_else(const fs::path& file) {
   const auto page = read_file(file, kMaxPageBytes);
   if (!page) return false;
+  const std::string_view document = facts::in_page(*page);
+  if (!document.empty()) return !document.starts_with(kNightFacts);
   const std::size_t at = page->find(kHeading);
   return at != std::string::npos && !std::string_view(*page).substr(at).starts_with(kNightHeading);
 }

@@ -68,7 +68,8 @@ std::string page_html(std::string_view title,
   out +=
       "</style>\n</head>\n<body>\n<noscript><p>This page shows its facts by JavaScript. Without "
       "it, read them as JSON: in this file, or as the option --json of the same command writes "
-      "them.</p></noscript>\n<script type=\"application/json\" id=\"facts\">";
+      "them.</p></noscript>\n";
+  out += facts::kPageMark;
   append_inert(out, facts);
   out += "</script>\n<script type=\"application/json\" id=\"pictures\">";
   facts::Json uris = facts::Json::object();

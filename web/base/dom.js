@@ -36,8 +36,18 @@ export function append(parent, child) {
   } else if (child instanceof Node) {
     parent.append(child);
   } else if (child !== null && child !== undefined && child !== false) {
-    parent.append(String(child));
+    parent.append(visible(String(child)));
   }
+}
+
+/**
+ * Control characters, and those that turn the direction of writing and could make a name look like
+ * another one, as their codes.
+ * @param {string} text
+ */
+function visible(text) {
+  return text.replace(/[\u0000-\u0008\u000b-\u001f\u007f-\u009f\u202a-\u202e\u2066-\u2069]/g,
+    (one) => `\\u${one.charCodeAt(0).toString(16).padStart(4, "0")}`);
 }
 
 /**
@@ -72,7 +82,7 @@ export function svg(tag, attributes = {}, ...children) {
 /**
  * A section with its heading, that links can name.
  * @param {string} id
- * @param {string} title
+ * @param {Child} title
  * @param {...Child} children
  */
 export function section(id, title, ...children) {
@@ -80,13 +90,14 @@ export function section(id, title, ...children) {
 }
 
 /**
- * A table that scrolls in itself where it is too wide. Columns marked as numbers stand at the right.
- * @param {{title: Child, number?: boolean}[]} columns
+ * A table that scrolls in itself where it is too wide. Numbers stand at the right; columns of
+ * text have more than one line where they need it.
+ * @param {{title: Child, number?: boolean, text?: boolean}[]} columns
  * @param {Child[][]} rows
  * @param {string} [className]
  */
 export function table(columns, rows, className = "") {
-  const cellClass = (/** @type {number} */ i) => (columns[i]?.number ? "number" : undefined);
+  const cellClass = (/** @type {number} */ i) => (columns[i]?.number ? "number" : columns[i]?.text ? "text" : undefined);
   return element("div", { class: "scroll", tabindex: 0 },
     element("table", { class: className },
       element("thead", {}, element("tr", {}, columns.map((column, i) =>

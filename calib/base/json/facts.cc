@@ -52,6 +52,13 @@ std::string text(const Json& document) {
   return document.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
+std::string_view in_page(std::string_view html) {
+  const std::size_t mark = html.find(kPageMark);
+  if (mark == std::string_view::npos) return {};
+  html.remove_prefix(mark + kPageMark.size());
+  return html.substr(0, html.find('<'));
+}
+
 std::string base64(std::string_view bytes) {
   std::string out((bytes.size() + 2) / 3 * 4, '=');
   std::size_t at = 0;

@@ -39,6 +39,12 @@ Json packed(std::span<const std::uint32_t> values);
 /// The document as text, with a line end. Bytes that are no UTF-8 become U+FFFD.
 std::string text(const Json& document);
 
+/// Markup before the document in a page of tools/page/page.h, with `</script>` behind it.
+inline constexpr std::string_view kPageMark = "<script type=\"application/json\" id=\"facts\">";
+
+/// The document of such a page; empty for any other text.
+std::string_view in_page(std::string_view html);
+
 /// RFC 4648 with padding, without line breaks.
 std::string base64(std::string_view bytes);
 

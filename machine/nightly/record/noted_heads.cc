@@ -12,6 +12,7 @@
 #include "calib/base/amount.h"
 #include "calib/base/files/atomic_file.h"
 #include "calib/base/files/digest.h"
+#include "calib/base/json/facts.h"
 #include "calib/base/json/strict_json.h"
 #include "machine/config/machine_config.h"
 #include "machine/config/settings/nightly_options.h"
@@ -24,10 +25,10 @@ namespace {
 namespace fs = std::filesystem;
 using internal::NotedHead;
 
-/// As pages have it: tools/nightly/page.cc, tools/report/html.cc.
+/// As pages had it before they carried their facts; years of reports lie in folders.
 constexpr std::string_view kPageRow = "<dt>ledger head</dt><dd class=\"mono\">";
 
-std::optional<NotedHead> head_in_page(std::string_view text) {
+std::optional<NotedHead> head_in_page_row(std::string_view text) {
   const std::size_t at = text.find(kPageRow);
   if (at == std::string_view::npos) return std::nullopt;
   text.remove_prefix(at + kPageRow.size());
@@ -40,7 +41,8 @@ std::optional<NotedHead> head_in_page(std::string_view text) {
   return head;
 }
 
-std::optional<NotedHead> head_of_night(const nlohmann::json& document) {
+/// Of a night, or of a job: the facts of either name it alike.
+std::optional<NotedHead> head_of_facts(const nlohmann::json& document) {
   if (!document.is_object() || !document.contains("ledger_head")) return std::nullopt;
   const nlohmann::json& head = document["ledger_head"];
   if (!head.is_object() || !head.contains("id") || !head.contains("hash")) return std::nullopt;
@@ -49,6 +51,13 @@ std::optional<NotedHead> head_of_night(const nlohmann::json& document) {
   // A night that did not reach the ledger notes none.
   if (!internal::is_ledger_hash(noted.hash)) return std::nullopt;
   return noted;
+}
+
+std::optional<NotedHead> head_in_page(std::string_view text) {
+  const std::string_view document = facts::in_page(text);
+  if (document.empty()) return head_in_page_row(text);
+  const auto parsed = internal::parse_strict_json(document, "");
+  return parsed ? head_of_facts(*parsed) : std::nullopt;
 }
 
 bool is_read_in_folders(const fs::path& file) {
@@ -94,7 +103,7 @@ std::optional<NotedHead> head_in(std::string_view text) {
   if (text[begin] != '{') return head_in_page(text);
   auto document = internal::parse_strict_json(text, "");
   if (!document) return std::nullopt;
-  if (const auto head = head_of_night(*document)) return head;
+  if (const auto head = head_of_facts(*document)) return head;
   const auto head = internal::take_noted_head(*document, "");
   return head ? *head : std::nullopt;
 }
@@ -102,7 +111,7 @@ std::optional<NotedHead> head_in(std::string_view text) {
 bool is_record_with_head(std::string_view text) {
   if (head_in_page(text)) return true;
   const auto document = internal::parse_strict_json(text, "");
-  return document && head_of_night(*document);
+  return document && head_of_facts(*document);
 }
 
 Expected<std::vector<fs::path>> files_below(const std::vector<fs::path>& files) {

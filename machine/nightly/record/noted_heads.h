@@ -24,8 +24,9 @@ struct NotedFile {
   std::string sha256;  ///< of the file
 };
 
-/// The head that a file's text notes: "ledger" of a calibration, "ledger_head" of a night's JSON,
-/// the row "ledger head" of a page. Nothing in any other text.
+/// The head that a file's text notes: "ledger" of a calibration, "ledger_head" of a night's or a
+/// job's facts, alone or in a page, or the row "ledger head" of a page from before there were facts
+/// in it. Nothing in any other text.
 std::optional<internal::NotedHead> head_in(std::string_view text);
 
 /// True for the page or the JSON of a night, and the page of a job, that note a head.

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <fstream>
 
+#include "calib/base/json/facts.h"
 #include <gmock/gmock.h>
 
 namespace panelcal {
@@ -122,7 +123,10 @@ TEST_F(MachineFilesTest, TakesAJobsReportForNoRecordOfANight) {
     std::ofstream(folder_ / name) << content;
     return is_night_record(folder_ / name);
   };
-  // Headings as tools/nightly/page.cc and tools/report/html.cc have them.
+  const std::string page = "<!DOCTYPE html>\n" + std::string(facts::kPageMark);
+  EXPECT_TRUE(is_record("2026-11-21.html", page + "{\"facts\":\"night\",\"version\":1}\n</script>"));
+  EXPECT_FALSE(is_record("2026-11-21.html", page + "{\"facts\":\"job\",\"version\":1}\n</script>"));
+  // Headings as pages had them before.
   EXPECT_TRUE(
       is_record("2026-11-21.html", "<main>\n<h1>Night of <b>2026-11-21</b> on <b>a</b></h1>"));
   EXPECT_FALSE(

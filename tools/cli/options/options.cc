@@ -115,6 +115,8 @@ class CommandLine {
     check_ = add("check", "Read and verify a part program, a machine file, or both");
     check_->add_option("PROGRAM", check_options_.program, "Part program; - is standard input");
     check_->add_option("-m,--machine", check_options_.machine, "machine.toml");
+    check_->add_option(
+        "--json", check_options_.json, "Write the findings as JSON; - is standard output");
     add_clock(check_, check_options_.clock);
     add_limit(check_, check_options_.max_operations);
     add_reading(check_, check_options_.reading);
@@ -201,6 +203,7 @@ class CommandLine {
     run_->add_option(
         "--explain", o.explain, "Explain places: L14 for those of line 14, 500 for the 500th");
     run_->add_option("--report", o.report, "Write an HTML report");
+    run_->add_option("--json", o.json, "Write the report's facts as JSON; - is standard output");
     run_->add_option("--save-measurements",
                      o.save_measurements,
                      "Write the measurements, to replay with --measurements");

@@ -10,6 +10,7 @@
 #include "calib/base/clock.h"
 #include "calib/base/files/atomic_file.h"
 #include "calib/base/files/digest.h"
+#include "calib/base/json/facts.h"
 #include "machine/nightly/record/night_history.h"
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -55,6 +56,10 @@ TEST(HeadIn, FindsItInEveryFileThatNotesOne) {
   EXPECT_EQ(head_in("<!DOCTYPE html>\n<dl>\n<dt>ledger head</dt><dd class=\"mono\">12 " + kHash +
                     "</dd>\n"),
             head);
+  EXPECT_EQ(head_in("<!DOCTYPE html>\n" + std::string(facts::kPageMark) +
+                    "{\"facts\":\"night\",\"ledger_head\":{\"id\":12,\"hash\":\"" + kHash +
+                    "\"}}\n</script>\n"),
+            head);
 }
 
 TEST(HeadIn, TakesNothingElseForOne) {
@@ -67,6 +72,9 @@ TEST(HeadIn, TakesNothingElseForOne) {
         std::string("{\"ledger_head\": {\"id\": \"12\"}}"),
         "<dt>ledger</dt><dd class=\"mono\">12 " + kHash + "</dd>",
         std::string("<dt>ledger head</dt><dd class=\"mono\">not known: 12</dd>"),
+        // A text inside of facts is no row of a page.
+        std::string(facts::kPageMark) +
+            "{\"notes\":[\"<dt>ledger head</dt><dd class=\\\"mono\\\">12 " + kHash + "</dd>\"]}",
         std::string("<dt>ledger head</dt><dd class=\"mono\">12")}) {
     EXPECT_EQ(head_in(text), std::nullopt) << text;
   }
