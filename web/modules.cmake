@@ -7,6 +7,7 @@ set(PANELCAL_WEB_MODULES
     base/colours.js
     base/columns.js
     figures/place_index.js
+    figures/map_colours.js
     figures/job_map.js
     figures/target_picture.js
     figures/arrows.js

@@ -15,23 +15,20 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
 import browser  # noqa: E402
+import facts  # noqa: E402
 import json_schema  # noqa: E402
 
-browser.require()
+browser.skip_without_browser()
 ROOT = Path(sys.argv.pop())
 PANELCAL = Path(sys.argv.pop()).resolve()
 DEMO = ROOT / "datasets/demo"
 MAX_REPORT_BYTES = 1_000_000
-HOSTILE = "<img src=x onerror=document.title=1>'\"&amp;"
+# A file name has no slash.
+HOSTILE_NAME = "<img src=x onerror=window.injected=1>'\"&amp;.exc"
 
 
 def schema(name):
     return json.loads((ROOT / f"share/schema/{name}.schema.json").read_text(encoding="utf-8"))
-
-
-def embedded(page, part="facts"):
-    text = page.read_text(encoding="utf-8")
-    return json.loads(re.search(rf'<script type="application/json" id="{part}">(.*?)</script>', text, re.DOTALL)[1])
 
 
 class JobReport(unittest.TestCase):
@@ -44,11 +41,11 @@ class JobReport(unittest.TestCase):
                          "--report", cls.demo, "--json", cls.folder / "demo.json",
                          "--save-measurements", cls.folder / "m.jsonl")
         cls.facts = json.loads((cls.folder / "demo.json").read_text(encoding="utf-8"))
-        cls.browser = browser.start()
+        cls.page = browser.Browser()
 
     @classmethod
     def tearDownClass(cls):
-        cls.browser.quit()
+        cls.page.close()
         shutil.rmtree(cls.folder)
 
     @classmethod
@@ -58,11 +55,11 @@ class JobReport(unittest.TestCase):
         return done
 
     def script(self, text, *values):
-        return self.browser.execute_script(text, *values)
+        return self.page.run(text, *values)
 
     def test_facts_follow_their_schema(self):
         self.assertEqual(json_schema.problems(schema("job"), self.facts), [])
-        self.assertEqual(embedded(self.demo), self.facts)
+        self.assertEqual(facts.in_page(self.demo), self.facts)
         for kind in ("job", "check"):
             self.assertTrue(json_schema.is_closed(schema(kind)), "a key could come unnoticed")
 
@@ -78,16 +75,16 @@ class JobReport(unittest.TestCase):
         self.assertEqual(self.facts["places"]["n_holes"], 990)
 
     def test_a_report_of_21_targets_is_small(self):
+        self.page.open(self.demo)
         self.assertEqual(len(self.facts["targets"]), 21)
-        self.assertEqual(len(embedded(self.demo, "pictures")), 21)
+        self.assertEqual(len(self.script("return JSON.parse(document.getElementById('pictures').textContent)")), 21)
         self.assertLess(self.demo.stat().st_size, MAX_REPORT_BYTES)
 
     def test_the_page_opens_without_complaint_and_nothing_is_cut_off(self):
-        for width_px in browser.WIDTHS_PX:
+        for width_px in browser.WIDTHS:
             with self.subTest(width_px=width_px):
-                browser.show(self.browser, self.demo, width_px)
-                self.assertEqual(browser.complaints(self.browser), [])
-                self.assertEqual(browser.cut_off(self.browser), [])
+                self.page.open(self.demo, width_px)
+                self.assertEqual(self.page.cut_off(), [])
                 self.assertIn("DRILL", self.script("return document.querySelector('.verdict .word').textContent"))
                 # Rows of a table are as tall as their text.
                 tallest = self.script("return Math.max(...[...document.querySelectorAll('#tolerance tbody tr')].map("
@@ -95,7 +92,7 @@ class JobReport(unittest.TestCase):
                 self.assertLess(tallest, 60)
 
     def test_every_target_has_its_card_and_its_picture_opens_large(self):
-        browser.show(self.browser, self.demo, 1280)
+        self.page.open(self.demo)
         self.assertEqual(self.script("return document.querySelectorAll('article.card').length"), 21)
         self.assertEqual(self.script("return document.querySelectorAll('.thumbnail .outline').length > 20"), True)
         self.script("document.querySelector('.thumbnail').click()")
@@ -105,7 +102,7 @@ class JobReport(unittest.TestCase):
         self.assertIn("95", self.script("return document.querySelector('dialog[open]').textContent"))
 
     def test_the_map_names_the_hole_under_the_pointer(self):
-        browser.show(self.browser, self.demo, 1280)
+        self.page.open(self.demo)
         # The first hole's pixel, from the map's own box: holes fill it but for a margin.
         hint = self.script("""
           const canvas = document.querySelector(".map canvas");
@@ -121,7 +118,7 @@ class JobReport(unittest.TestCase):
         self.assertRegex(hint, r"sigma [\d.]+")
 
     def test_the_map_shows_other_colours_for_other_values(self):
-        browser.show(self.browser, self.demo, 1280)
+        self.page.open(self.demo)
         pictures = set()
         for mode in self.script("return [...document.querySelectorAll('#panel select option')].map((o) => o.value)"):
             self.script("const s = document.querySelector('#panel select'); s.value = arguments[0];"
@@ -130,31 +127,44 @@ class JobReport(unittest.TestCase):
         self.assertGreaterEqual(len(pictures), 3)
 
     def test_german_and_english(self):
-        browser.show(self.browser, self.demo, 1280)
+        self.page.open(self.demo)
         self.assertIn("targets found", self.script("return document.body.innerText"))
         self.script("document.querySelector('button.language').click()")
         text = self.script("return document.body.innerText")
         self.assertIn("Marken gefunden", text)
         self.assertNotIn("targets found", text)
         self.assertEqual(self.script("return document.documentElement.lang"), "de")
-        self.assertEqual(browser.complaints(self.browser), [])
 
-    def test_hostile_names_inject_nothing(self):
-        shutil.copy(DEMO / "panel.exc", self.folder / f"a{HOSTILE}.exc")
-        shutil.copy(DEMO / "camera.cal.json", self.folder)
-        machine = (DEMO / "machine.toml").read_text(encoding="utf-8")
-        machine = re.sub(r'(?m)^name = .*$', f"name = '''{HOSTILE}</script><script>document.title=2</script>'''",
-                         machine, count=1)
-        (self.folder / "hostile.toml").write_text(machine, encoding="utf-8")
-        page = self.folder / "hostile.html"
-        self.run_panelcal("run", f"a{HOSTILE}.exc", "-m", "hostile.toml", "--measurements", "m.jsonl",
-                          "-o", "hostile.drl", "--report", page)
-        browser.show(self.browser, page, 1280)
-        self.assertEqual(browser.complaints(self.browser), [])
+    def nothing_is_injected(self):
+        self.assertIsNone(self.script("return window.injected ?? null"))
         self.assertEqual(self.script("return document.querySelectorAll('img, iframe, object').length"), 0)
         self.assertEqual(self.script("return document.scripts.length"), 3)
+
+    def test_hostile_names_inject_nothing(self):
+        shutil.copy(DEMO / "panel.exc", self.folder / HOSTILE_NAME)
+        shutil.copy(DEMO / "camera.cal.json", self.folder)
+        machine = (DEMO / "machine.toml").read_text(encoding="utf-8")
+        machine = re.sub(r"(?m)^name = .*$", "name = '</script><script>window.injected=2</script>'", machine, count=1)
+        (self.folder / "hostile.toml").write_text(machine, encoding="utf-8")
+        page = self.folder / "hostile.html"
+        self.run_panelcal("run", HOSTILE_NAME, "-m", "hostile.toml", "--measurements", "m.jsonl",
+                          "-o", "hostile.drl", "--report", page)
+        self.page.open(page)
+        self.nothing_is_injected()
         self.assertIn("onerror", self.script("return document.querySelector('h1').innerText"))
         self.assertIn("onerror", self.script("return document.title"))
+
+    def test_hostile_facts_inject_nothing(self):
+        keep = {"facts", "word", "level", "model", "state", "status", "means", "basis", "decision", "type", "base64",
+                "name", "severity"}
+        page = browser.with_facts(self.demo, browser.hostile(self.facts, keep), self.folder / "all.html")
+        self.page.open(page)
+        self.nothing_is_injected()
+        shown = self.script("return document.body.innerText")
+        self.assertIn("<script>window.injected=1", shown)
+        # What turns the direction of writing is shown as its code.
+        self.assertNotIn("\u202e", shown)
+        self.assertIn("\\u202e", shown)
 
     def test_a_held_job_says_so_and_shows_what_it_would_have_drilled(self):
         machine = (DEMO / "machine.toml").read_text(encoding="utf-8")
@@ -166,10 +176,9 @@ class JobReport(unittest.TestCase):
         self.run_panelcal("run", DEMO / "panel.exc", "-m", "strict.toml", "--measurements", "m.jsonl",
                           "-o", "held.drl", "--report", page, code=1)
         self.assertFalse((self.folder / "held.drl").exists())
-        self.assertEqual(json_schema.problems(schema("job"), embedded(page)), [])
-        browser.show(self.browser, page, 400)
-        self.assertEqual(browser.complaints(self.browser), [])
-        self.assertEqual(browser.cut_off(self.browser), [])
+        self.assertEqual(json_schema.problems(schema("job"), facts.in_page(page)), [])
+        self.page.open(page, 400)
+        self.assertEqual(self.page.cut_off(), [])
         self.assertIn("HOLD", self.script("return document.querySelector('.verdict .word').textContent"))
 
 

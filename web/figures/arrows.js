@@ -3,7 +3,7 @@
 import { element, svg } from "../base/dom.js";
 import { word } from "../base/words.js";
 import { fixed, micrometres, shortest } from "../base/format.js";
-import { unpacked } from "../base/columns.js";
+import { placeColumn } from "./place_index.js";
 import { ellipseOf } from "./target_picture.js";
 
 /** Longest side of the plan in its own units. */
@@ -80,7 +80,7 @@ function arrowPath(u, v, du, dv) {
  * @returns {Displaced[]}
  */
 function placesOnGrid(table) {
-  const [x, y, dx, dy] = ["nominal_x_mm", "nominal_y_mm", "shift_x_um", "shift_y_um"].map((key) => unpacked(table[key]));
+  const [x, y, dx, dy] = ["nominal_x_mm", "nominal_y_mm", "shift_x_um", "shift_y_um"].map((key) => placeColumn(table, key));
   let [left, bottom, right, top] = [Infinity, Infinity, -Infinity, -Infinity];
   for (let i = 0; i < table.n; i++) {
     left = Math.min(left, Number(x[i]));

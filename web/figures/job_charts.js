@@ -5,7 +5,7 @@ import { element, svg } from "../base/dom.js";
 import { word } from "../base/words.js";
 import { fixed, micrometres, millimetres, whole } from "../base/format.js";
 import { scaleColour, scaleCss } from "../base/colours.js";
-import { extremes } from "../base/columns.js";
+import { extremes } from "./place_index.js";
 
 /**
  * How many places have which risk; heights are logarithms, so that one beside a million is seen.

@@ -1,5 +1,39 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds the place nearest to a point among a million, by cells of a grid.
+// The columns of a job's places, and the place nearest to a point among a million, by cells of a grid.
+import { columnOf } from "../base/columns.js";
+
+/** @type {WeakMap<object, ArrayLike<number | null>>} */
+const columnsBefore = new WeakMap();
+
+/**
+ * A column of the table of places; the same array at every call.
+ * @param {any} table facts.places.table
+ * @param {string} key
+ */
+export function placeColumn(table, key) {
+  const known = columnsBefore.get(table[key]);
+  if (known) return known;
+  const made = columnOf(table[key]);
+  columnsBefore.set(table[key], made);
+  return made;
+}
+
+/**
+ * Smallest and largest finite value; null where there is none.
+ * @param {ArrayLike<number | null>} values
+ * @returns {[number, number] | null}
+ */
+export function extremes(values) {
+  let low = Infinity;
+  let high = -Infinity;
+  for (let i = 0; i < values.length; i++) {
+    const value = values[i];
+    if (value === null || !Number.isFinite(value)) continue;
+    if (value < low) low = value;
+    if (value > high) high = value;
+  }
+  return low <= high ? [low, high] : null;
+}
 
 /**
  * @param {ArrayLike<number | null>} x_mm

@@ -39,7 +39,7 @@ Json packed(std::span<const std::uint32_t> values);
 /// The document as text, with a line end. Bytes that are no UTF-8 become U+FFFD.
 std::string text(const Json& document);
 
-/// Markup before the document in a page of tools/page/page.h, with `</script>` behind it.
+/// The mark before the document in a page of tools/page/page.h; `</script>` stands behind it.
 inline constexpr std::string_view kPageMark = "<script type=\"application/json\" id=\"facts\">";
 
 /// The document of such a page; empty for any other text.

@@ -26,8 +26,8 @@ namespace panelcal {
 struct SeenPicture {
   int i_view = 0;
   MeasurementStatus status = MeasurementStatus::NotFound;
-  std::string reason;                     ///< of another status than Found
-  std::vector<Eigen::Vector2d> frame_mm;  ///< the picture's corners in work coordinates, in order
+  std::string reason;                      ///< of another status than Found
+  std::vector<Eigen::Vector2d> frame_mm;   ///< the picture's corners in work coordinates, in order
   std::optional<Eigen::Vector2d> seen_mm;  ///< the best candidate's place, if there was one
   TargetPicture picture;                   ///< without bytes: not kept
 };
@@ -40,8 +40,8 @@ struct JobFactsInput {
   std::string output_file;  ///< empty if nothing was written; "-" for standard output
   bool forced = false;      ///< written although a gate or a tolerance refused it
   const Survey* survey = nullptr;
-  const Tally* tally = nullptr;            ///< of the corrected program; null if it was not executed
-  const PlaceTable* places = nullptr;      ///< likewise
+  const Tally* tally = nullptr;        ///< of the corrected program; null if it was not executed
+  const PlaceTable* places = nullptr;  ///< likewise
   const TruthComparison* truth = nullptr;  ///< null without --truth
   const JobVerdict* verdict = nullptr;     ///< null if [tolerance] asks for no positions
   const DepthVerdict* depth = nullptr;     ///< null if it asks for no depths
@@ -50,8 +50,8 @@ struct JobFactsInput {
   std::optional<std::int64_t> worst_number;
   /// That all targets are larger or smaller than stated by one factor (CommonScale); or empty.
   std::string common_scale;
-  std::string unstated;                  ///< as JobResult::unstated
-  std::optional<HoleBudget> worst_hole;  ///< of the job, held or not
+  std::string unstated;                                       ///< as JobResult::unstated
+  std::optional<HoleBudget> worst_hole;                       ///< of the job, held or not
   std::map<std::int64_t, std::vector<SeenPicture>> pictures;  ///< by seq: all that were looked at
   std::span<const Diagnostic> diagnostics;
   std::vector<std::pair<std::string, std::string>> provenance;  ///< origin of this: key, value

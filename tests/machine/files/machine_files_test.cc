@@ -124,7 +124,8 @@ TEST_F(MachineFilesTest, TakesAJobsReportForNoRecordOfANight) {
     return is_night_record(folder_ / name);
   };
   const std::string page = "<!DOCTYPE html>\n" + std::string(facts::kPageMark);
-  EXPECT_TRUE(is_record("2026-11-21.html", page + "{\"facts\":\"night\",\"version\":1}\n</script>"));
+  EXPECT_TRUE(
+      is_record("2026-11-21.html", page + "{\"facts\":\"night\",\"version\":1}\n</script>"));
   EXPECT_FALSE(is_record("2026-11-21.html", page + "{\"facts\":\"job\",\"version\":1}\n</script>"));
   // Headings as pages had them before.
   EXPECT_TRUE(
