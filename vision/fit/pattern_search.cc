@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vision/fit/regression.h"
 #include "vision/picture/cv_bridge.h"
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
@@ -39,28 +40,17 @@ Best best_of(const cv::Mat& picture, std::span<const SearchPattern> patterns, bo
 
 /// Slope of the picture on the pattern.
 double gain_at(const cv::Mat& picture, const cv::Mat& pattern, const cv::Point& at) {
-  double n = 0;
-  double sum_p = 0;
-  double sum_v = 0;
-  double sum_pp = 0;
-  double sum_pv = 0;
+  Regression sums;
   for (int y = 0; y < pattern.rows; ++y) {
     const int py = at.y + y - pattern.rows / 2;
     if (py < 0 || py >= picture.rows) continue;
     for (int x = 0; x < pattern.cols; ++x) {
       const int px = at.x + x - pattern.cols / 2;
       if (px < 0 || px >= picture.cols) continue;
-      const double p = pattern.at<float>(y, x);
-      const double v = picture.at<float>(py, px);
-      ++n;
-      sum_p += p;
-      sum_v += v;
-      sum_pp += p * p;
-      sum_pv += p * v;
+      sums.add(pattern.at<float>(y, x), picture.at<float>(py, px));
     }
   }
-  const double variance = n * sum_pp - sum_p * sum_p;
-  return variance > 0 ? (n * sum_pv - sum_p * sum_v) / variance : 0;
+  return sums.model_square() > 0 ? sums.gain() : 0;
 }
 
 /// Offset of a parabola's top through three values, -0.5 to 0.5.

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <optional>
 
+#include "calib/base/statistics/median.h"
 #include "vision/fit/frame_patch.h"
 #include "vision/fit/search_area.h"
 #include "vision/polygon/quality.h"
@@ -149,12 +150,6 @@ void classify(const CellModel& model,
   }
 }
 
-double median_residual(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// Levels of background and target from the pixels that are almost flat; false if there are none.
 bool guess_levels(const CellModel& model, const std::vector<CellPixel>& pixels, CellState& state) {
   constexpr std::array kShares = {0.0, 0.02, 0.1, 0.25, 0.4};
@@ -185,8 +180,8 @@ bool guess_levels(const CellModel& model, const std::vector<CellPixel>& pixels, 
   }
   constexpr std::size_t kLeast = 4;
   if (low.size() < kLeast || high.size() < kLeast) return false;
-  const double background = median_residual(low);
-  state.levels << background, 0, 0, median_residual(high) - background, 0, 0;
+  const double background = median(std::move(low));
+  state.levels << background, 0, 0, median(std::move(high)) - background, 0, 0;
   return true;
 }
 

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "calib/base/statistics/median.h"
+#include "vision/fit/regression.h"
 #include "vision/polygon/solver.h"
 
 namespace panelcal::internal {
@@ -14,13 +16,6 @@ namespace {
 // Rounding to whole levels is noise as well, and all there is in a perfect picture.
 constexpr double kPolygonRounding = 0.2887;
 constexpr int kFewPixels = 20;
-
-double median_spread(std::vector<double>& values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// The model at a pixel, with little work for flat ones.
 struct Seen {
@@ -41,7 +36,7 @@ std::array<double, 2> polygon_spreads(std::array<std::vector<double>, 2>& magnit
   std::array<double, 2> spreads{};
   for (std::size_t i = 0; i < 2; ++i) {
     auto& lot = magnitudes[i].size() < kFew ? magnitudes[1 - i] : magnitudes[i];
-    spreads[i] = std::max(least[i], 1.4826 * median_spread(lot));
+    spreads[i] = std::max(least[i], kSigmasPerMedian * median(lot));
   }
   constexpr double kMostOfGround = 1.5;  // a bright face has more shot noise
   spreads[1] = std::min(spreads[1], kMostOfGround * spreads[0]);
@@ -299,12 +294,7 @@ double correlation_near(const CellModel& model,
                         const std::vector<CellPixel>& pixels,
                         double white_noise,
                         double reach_px) {
-  double n = 0;
-  double sum_m = 0;
-  double sum_v = 0;
-  double sum_mm = 0;
-  double sum_mv = 0;
-  double sum_vv = 0;
+  Regression sums;
   CellState sharp = state;
   sharp.sigma_px = 1e-3;
   CellView lines(model, sharp);
@@ -314,20 +304,9 @@ double correlation_near(const CellModel& model,
     const Seen seen = eye(pixel);
     if (!seen.is_known) continue;
     const double plane = model.plane_terms(pixel.at).dot(state.levels.head<3>());
-    const double m = seen.level - plane;
-    const double v = pixel.value - plane;
-    ++n;
-    sum_m += m;
-    sum_v += v;
-    sum_mm += m * m;
-    sum_mv += m * v;
-    sum_vv += v * v;
+    sums.add(seen.level - plane, pixel.value - plane);
   }
-  const double var_m = n * sum_mm - sum_m * sum_m;
-  const double var_seen = n * sum_vv - sum_v * sum_v;
-  const double var_v = std::max(var_seen - n * n * white_noise * white_noise, 0.25 * var_seen);
-  if (!(var_m > 0) || !(var_v > 0)) return 0;
-  return std::clamp((n * sum_mv - sum_m * sum_v) / std::sqrt(var_m * var_v), 0.0, 1.0);
+  return sums.correlation(white_noise * white_noise);
 }
 
 double intact_part(const CellModel& model,
@@ -353,7 +332,7 @@ double white_noise_of(const std::vector<CellPixel>& pixels) {
     const CellPixel& b = pixels[i];
     if (a.y == b.y && a.x + 1 == b.x) differences.push_back(std::abs(a.value - b.value));
   }
-  return 1.4826 / std::sqrt(2.0) * median_spread(differences);
+  return kSigmasPerMedian / std::sqrt(2.0) * median(std::move(differences));
 }
 
 }  // namespace panelcal::internal

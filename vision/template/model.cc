@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "calib/base/statistics/linear_algebra.h"
+#include "calib/base/statistics/median.h"
 #include <fmt/format.h>
 
 namespace panelcal::internal {
@@ -109,9 +110,7 @@ double border_median(const Raster& t) {
     values.push_back(t.at(0, y));
     values.push_back(t.at(t.width - 1, y));
   }
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return median(std::move(values));
 }
 
 /// Reason why the template's edges do not determine its place.
