@@ -40,12 +40,12 @@ bool is_saturated(double value, double full_scale) {
 }
 
 /// The problem as the iterations see it.
-class Problem {
+class CellProblem {
  public:
-  Problem(const CellModel& model,
-          const std::vector<CellPixel>& pixels,
-          const CellState& start,
-          const CellSolverOptions& options)
+  CellProblem(const CellModel& model,
+              const std::vector<CellPixel>& pixels,
+              const CellState& start,
+              const CellSolverOptions& options)
       : model_(model), options_(options) {
     CellView view(model, start);
     near_.reserve(pixels.size());
@@ -203,7 +203,7 @@ CellSolution solve_cells(const CellModel& model,
                          const CellSolverOptions& options) {
   const int n = model.n_parameters();
   const double half = half_extent(model.pattern());
-  const Problem problem(model, pixels, start, options);
+  const CellProblem problem(model, pixels, start, options);
   CellSolution solution;
   solution.state = start;
   solution.state.sigma_px = std::clamp(start.sigma_px, kMinPolygonSigma, options.max_sigma_px);

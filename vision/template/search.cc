@@ -59,7 +59,7 @@ Stencil make_stencil(const TemplateModel& model,
   p[kLogScale] = log_scale;
   const TemplateMap map(model, p);
   const Eigen::Vector2d half(0.5 * model.width(), 0.5 * model.height());
-  const Eigen::Vector2d middle_t = half.array() - 0.5;
+  const Eigen::Vector2d middle_t = model.middle();
   const Eigen::Vector2d middle = px_from_frame * map.to_frame(middle_t);
   Eigen::Vector2d reach = Eigen::Vector2d::Zero();
   for (const double side : {-1.0, 1.0}) {
