@@ -11,7 +11,7 @@
 // Not installed.
 namespace panelcal::internal {
 
-/// How a fitted candidate counts, the best first.
+/// The standing of a fitted candidate, the best first.
 enum class Verdict {
   Good,
   Unfit,     ///< surely there, but not the target asked for: wrong size, at the border

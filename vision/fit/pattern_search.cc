@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vision/fit/local_maxima.h"
 #include "vision/fit/regression.h"
 #include "vision/picture/cv_bridge.h"
 #include <opencv2/core.hpp>
@@ -73,23 +74,6 @@ Eigen::Vector2d refined(const cv::Mat& correlation, const cv::Point& at) {
   return place;
 }
 
-/// Local maxima above the threshold, the best first.
-std::vector<cv::Point> maxima_of(const cv::Mat& correlation, double threshold) {
-  cv::Mat highest;
-  cv::dilate(correlation, highest, cv::Mat());
-  std::vector<cv::Point> maxima;
-  for (int y = 0; y < correlation.rows; ++y) {
-    for (int x = 0; x < correlation.cols; ++x) {
-      const float value = correlation.at<float>(y, x);
-      if (value >= threshold && value >= highest.at<float>(y, x)) maxima.emplace_back(x, y);
-    }
-  }
-  std::stable_sort(maxima.begin(), maxima.end(), [&](const cv::Point& a, const cv::Point& b) {
-    return correlation.at<float>(a) > correlation.at<float>(b);
-  });
-  return maxima;
-}
-
 }  // namespace
 
 ReducedPicture reduce(const Image& image, const PixelBox& box, int factor) {
@@ -116,7 +100,7 @@ std::vector<PatternPeak> search_patterns(const ReducedPicture& picture,
   if (picture.image.empty() || patterns.empty()) return peaks;
   const cv::Mat seen = pixels_of(picture.image);
   const Best best = best_of(seen, patterns, options.is_inverted);
-  for (const cv::Point& at : maxima_of(best.correlation, options.min_correlation)) {
+  for (const cv::Point& at : local_maxima(best.correlation, options.min_correlation)) {
     if (peaks.size() >= options.max_peaks) break;
     const Eigen::Vector2d place = refined(best.correlation, at);
     const bool is_new = std::none_of(peaks.begin(), peaks.end(), [&](const PatternPeak& other) {

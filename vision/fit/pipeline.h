@@ -10,7 +10,7 @@
 // Not installed.
 namespace panelcal::internal {
 
-/// Where a family of shapes sees its target, before any fit.
+/// Places at which a family of shapes sees its target, before any fit.
 template <class Sighting>
 struct Proposals {
   std::vector<Sighting> sightings;

@@ -16,7 +16,7 @@
 // Not installed. What squares, crosses and slots share.
 namespace panelcal::internal {
 
-/// What the search for a target made of cells goes by; lengths in frame units.
+/// Guide of the search for a target made of cells; lengths in frame units.
 struct CellSearch {
   double size = 0;      ///< of the target, or of its narrower side
   double seen_px = 16;  ///< the search sees that size about this number of pixels wide
@@ -65,7 +65,7 @@ void fill_target(const FitFrame& fit_frame,
                  double angle_rad,
                  TargetFit& fit);
 
-/// What to hold a fitted target of cells against beside its looks.
+/// The demands on a fitted target of cells beside its looks.
 struct CellJudgement {
   std::string_view border;  ///< name of its outline: "outline", "edges"
   Problem unfit;            ///< the objection to its size or place

@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "calib/base/statistics/median.h"
+#include "vision/fit/raster_filter.h"
 #include "vision/fit/regression.h"
+#include "vision/fit/residual.h"
 #include "vision/template/covariance.h"
 #include "vision/template/solver.h"
 
@@ -18,19 +20,6 @@ constexpr double kTemplateHuber = 2.0;
 constexpr double kTemplateRough = 0.01;  // px
 constexpr double kOfLevel = 0.1;         // px of a coarse level: better does not help the next one
 constexpr int kMinPixels = 40;
-
-/// Sigma of the noise that differs from pixel to pixel: the median of neighbours' differences,
-/// the model's own differences taken off.
-double white_noise_of(const TemplateWindow& window, const std::vector<double>& residuals) {
-  std::vector<double> differences;
-  for (std::size_t i = 1; i < residuals.size(); ++i) {
-    const TemplatePixel& a = window.pixels[i - 1];
-    const TemplatePixel& b = window.pixels[i];
-    if (a.y == b.y && a.x + 1 == b.x)
-      differences.push_back(std::abs(residuals[i] - residuals[i - 1]));
-  }
-  return kSigmasPerMedian / std::sqrt(2.0) * median(std::move(differences));
-}
 
 /// Pixel minus model (with the smooth template) and how much half a px of displacement would do.
 struct Residuals {
@@ -46,9 +35,7 @@ Residuals residuals_of(const TemplateProblem& problem, const TemplateVector& p) 
   for (const TemplatePixel& pixel : problem.window.pixels) {
     const auto value = evaluate(problem.model, problem.window, map, pixel, p, false);
     const bool counts =
-        value &&
-        !(pixel.value >= problem.full_scale && value->smooth_level >= problem.full_scale) &&
-        !(pixel.value <= 0 && value->smooth_level <= 0);
+        value && !is_beyond_scale(pixel.value, value->smooth_level, problem.full_scale);
     out.value.push_back(counts ? pixel.value - value->smooth_level : 0);
     out.slope.push_back(counts ? value->slope.norm() / problem.model.pitch : 0);
     if (counts) magnitudes.push_back(std::abs(out.value.back()));
@@ -250,7 +237,8 @@ TemplateFit fit_template(const Image& image,
     if (is_lost()) return fit;
   }
   const Residuals residuals = residuals_of(problem, p);
-  const double white_noise = white_noise_of(problem.window, residuals.value);
+  const double white_noise =
+      white_noise_of(problem.window.pixels, [&](std::size_t i) { return residuals.value[i]; });
   set_weights(problem.window, template_noise(problem, p, white_noise).all);
   fit.converged = solve_with_smooth_rows(problem, p) && !is_lost();
   const TemplateNoise noise = template_noise(problem, p, white_noise);

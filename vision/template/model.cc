@@ -8,6 +8,7 @@
 
 #include "calib/base/statistics/linear_algebra.h"
 #include "calib/base/statistics/median.h"
+#include "vision/fit/raster_filter.h"
 #include <fmt/format.h>
 
 namespace panelcal::internal {
@@ -82,20 +83,6 @@ Raster smoothed_template(const Raster& t, double noise, Raster& structure) {
     const double share = std::clamp((ratio - kPerhaps) / (kSureStructure - kPerhaps), 0.0, 1.0);
     structure.values[i] = share;
     out.values[i] = wide.values[i] + share * (fine.values[i] - wide.values[i]);
-  }
-  return out;
-}
-
-Raster laplacian(const Raster& t) {
-  Raster out(t.width, t.height);
-  for (int y = 0; y < t.height; ++y) {
-    for (int x = 0; x < t.width; ++x) {
-      const int left = std::max(x - 1, 0);
-      const int right = std::min(x + 1, t.width - 1);
-      const int up = std::max(y - 1, 0);
-      const int down = std::min(y + 1, t.height - 1);
-      out.at(x, y) = t.at(left, y) + t.at(right, y) + t.at(x, up) + t.at(x, down) - 4 * t.at(x, y);
-    }
   }
   return out;
 }
