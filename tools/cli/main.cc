@@ -5,7 +5,6 @@
 #include <new>
 #include <string>
 #include <utility>
-#include <variant>
 
 #include "calib/base/interruption.h"
 #include "tools/cli/commands.h"
@@ -18,16 +17,6 @@ namespace {
 
 /// As a shell reports a process that a signal ended.
 constexpr int kEndedBySignal = 128;
-
-struct Dispatch {
-  CommandContext& context;
-
-  ExitCode operator()(const DoneOptions&) const { return ExitCode::Done; }
-  template <class CommandOptionsType>
-  ExitCode operator()(const CommandOptionsType& options) const {
-    return run_command(options, context);
-  }
-};
 
 int run(int argc, char** argv) {
   // A closed pipe, or a file that may not grow, is an error of ours to report, not a reason to die
@@ -47,7 +36,7 @@ int run(int argc, char** argv) {
     return static_cast<int>(exit_code(free.error()));
   }
   CommandContext context{console, output, *options, files};
-  const ExitCode code = std::visit(Dispatch{context}, options->command);
+  const ExitCode code = options->run != nullptr ? options->run(context) : ExitCode::Done;
   if (code != ExitCode::Done && interruption() != 0) return kEndedBySignal + interruption();
   // Help goes through the stream library; whether it arrived shows only now.
   if (!std::cout.flush()) return static_cast<int>(ExitCode::DeviceFailed);

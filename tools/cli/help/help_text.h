@@ -18,7 +18,4 @@ No output replaces a file that the command reads or that machine.toml names.
 inline constexpr const char* kAcceptUnterminatedHelp =
     "Accept an Excellon program that stops behind a complete line, without M30 or M00";
 
-/// Example, files and exit codes of a command, shown below its options.
-std::string_view command_footer(std::string_view command);
-
 }  // namespace panelcal

@@ -52,11 +52,16 @@ std::string registered_name(const CLI::Option& option) {
   return option.get_positional() ? option.get_name(true) : option.get_name(false, true);
 }
 
+const Row* file_row_of(const CLI::Option& option) {
+  const auto row = std::ranges::find(kFileOptions, registered_name(option), &Row::option);
+  const bool is_flag = option.get_items_expected_max() == 0;
+  return is_flag || row == kFileOptions.end() ? nullptr : &*row;
+}
+
 void add_options(const CLI::App& app, std::vector<FileOption>& files) {
   for (const CLI::Option* const option : app.get_options()) {
-    const bool is_flag = option->get_items_expected_max() == 0;
-    const auto row = std::ranges::find(kFileOptions, registered_name(*option), &Row::option);
-    if (is_flag || row == kFileOptions.end()) continue;
+    const Row* const row = file_row_of(*option);
+    if (row == nullptr) continue;
     // synth makes a folder of pictures.
     const bool is_synth = row->use == FileUse::Output && app.get_name() == "synth";
     for (const std::string& path : option->results()) {
@@ -75,6 +80,10 @@ std::vector<FileOption> file_options(const CLI::App& app) {
   std::vector<FileOption> files;
   add_options(app, files);
   return files;
+}
+
+bool names_file(const CLI::Option& option) {
+  return file_row_of(option) != nullptr;
 }
 
 }  // namespace panelcal

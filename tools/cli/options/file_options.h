@@ -7,7 +7,8 @@
 
 namespace CLI {
 class App;
-}
+class Option;
+}  // namespace CLI
 
 namespace panelcal {
 
@@ -35,5 +36,8 @@ struct FileOption {
 /// One table says which option names a file and for what. An option that it lacks names none:
 /// tests/tools/output_files_test.py tries every option that takes a text.
 std::vector<FileOption> file_options(const CLI::App& app);
+
+/// True if the option's value is a file or a folder.
+bool names_file(const CLI::Option& option);
 
 }  // namespace panelcal

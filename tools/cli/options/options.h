@@ -123,10 +123,7 @@ struct NightlyOptions {
   bool is_again = false;  ///< calibrate again what this night has calibrated already
 };
 
-struct DoneOptions {};  ///< help or version was printed
-
-using CommandOptions = std::variant<DoneOptions,
-                                    CheckOptions,
+using CommandOptions = std::variant<CheckOptions,
                                     SurveyOptions,
                                     RunOptions,
                                     TranslateOptions,
@@ -138,9 +135,14 @@ using CommandOptions = std::variant<DoneOptions,
                                     HistoryOptions,
                                     SurfaceOptions>;
 
+struct CommandContext;
+enum class ExitCode : int;
+
 struct Options {
   CommonOptions common;
   CommandOptions command;
+  /// Executes it; null: help or the version was printed.
+  ExitCode (*run)(CommandContext& context) = nullptr;
   std::vector<std::string> command_line;  ///< as given, for provenance
   std::string command_name;               ///< "panelcal history export"
   std::vector<FileOption> files;          ///< see file_options.h

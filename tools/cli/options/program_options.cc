@@ -6,14 +6,14 @@
 
 namespace panelcal {
 
-void add_limit(CLI::App* command, std::int64_t& max_operations) {
+void add_limit(CLI::App& command, std::int64_t& max_operations) {
   constexpr std::int64_t kMost = 1'000'000'000'000;
-  command->add_option("--max-operations", max_operations, "Stop a program that never ends")
+  command.add_option("--max-operations", max_operations, "Stop a program that never ends")
       ->check(CLI::Range(std::int64_t{1}, kMost))
       ->capture_default_str();
 }
 
-void add_reading(CLI::App* command,
+void add_reading(CLI::App& command,
                  ReadingTerms& reading,
                  CLI::Option* program,
                  const std::string& format_option) {
@@ -25,26 +25,26 @@ void add_reading(CLI::App* command,
     if (auto parsed = parse_format(text)) reading.format = *std::move(parsed);
     reading.format.from = format_option + " " + text;
   };
-  CLI::Option* accept = command->add_flag(
+  CLI::Option* accept = command.add_flag(
       "--accept-unterminated", reading.accepts_unterminated, kAcceptUnterminatedHelp);
   CLI::Option* format =
       command
-          ->add_option_function<std::string>(format_option,
-                                             take,
-                                             "Number format of the program, whatever it "
-                                             "states: inch or metric, zeros that are "
-                                             "kept (lz, tz), digits; such as inch,tz,2.4")
+          .add_option_function<std::string>(format_option,
+                                            take,
+                                            "Number format of the program, whatever it "
+                                            "states: inch or metric, zeros that are "
+                                            "kept (lz, tz), digits; such as inch,tz,2.4")
           ->check(CLI::Validator(check, "UNIT,ZEROS,DIGITS"));
   if (program == nullptr) return;
   accept->needs(program);
   format->needs(program);
 }
 
-void add_clock(CLI::App* command, std::string& clock) {
-  command->add_option("--clock",
-                      clock,
-                      "Date and time for texts (&D, &T), for the report and for the ages of "
-                      "calibrations, such as 2026-11-21T13:45:00 (default: now)");
+void add_clock(CLI::App& command, std::string& clock) {
+  command.add_option("--clock",
+                     clock,
+                     "Date and time for texts (&D, &T), for the report and for the ages of "
+                     "calibrations, such as 2026-11-21T13:45:00 (default: now)");
 }
 
 }  // namespace panelcal

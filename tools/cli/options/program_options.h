@@ -14,18 +14,18 @@ class Option;
 // Options of all commands that read a program. What they fill must outlive `command`.
 namespace panelcal {
 
-void add_limit(CLI::App* command, std::int64_t& max_operations);
+void add_limit(CLI::App& command, std::int64_t& max_operations);
 
 /// --accept-unterminated and --format; a text that the latter cannot be is refused on the command
 /// line.
 ///
 /// In     program: the option of the program, where there need not be one; null: there is
 ///        format_option: another name than --format
-void add_reading(CLI::App* command,
+void add_reading(CLI::App& command,
                  ReadingTerms& reading,
                  CLI::Option* program = nullptr,
                  const std::string& format_option = "--format");
 
-void add_clock(CLI::App* command, std::string& clock);
+void add_clock(CLI::App& command, std::string& clock);
 
 }  // namespace panelcal

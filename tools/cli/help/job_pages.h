@@ -1,21 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/cli/help/help_text.h"
+#pragma once
 
-#include <algorithm>
-#include <array>
-#include <utility>
+#include <string_view>
 
-#include "tools/cli/help/calibrate_help.h"
-#include "tools/cli/help/history_help.h"
-#include "tools/cli/help/surface_help.h"
+// Pages of the commands for jobs and nights: example, explanation and exit codes.
+namespace panelcal::pages {
 
-namespace panelcal {
-namespace {
-
-using Footer = std::pair<std::string_view, std::string_view>;
-
-constexpr auto kCommandFooters = std::to_array<Footer>({
-    {"check", R"(Example
+inline constexpr std::string_view kCheck = R"(Example
   $ panelcal check datasets/demo/panel.exc -m datasets/demo/machine.toml
   datasets/demo/panel.exc: Excellon, metric 3.3, trailing zeros kept (line 9: METRIC,TZ)
   7 tools, 990 holes, 21 targets in 7 series, no errors, no warnings
@@ -44,8 +35,9 @@ rectangle of [nightly.surface] within travel, and all that each calibration of [
 camera, which stands by camera_offset_mm beside the spindle. All problems are printed at once.
 
 Exit codes
-  0 nothing wrong (warnings allowed); 2 errors)"},
-    {"survey", R"(Example
+  0 nothing wrong (warnings allowed); 2 errors)";
+
+inline constexpr std::string_view kSurvey = R"(Example
   $ panelcal survey datasets/demo/panel.exc -m datasets/demo/machine.toml | head -1
   {"seq":0,"line":24,"command":"G36","tool":1,"nominal":[6,6],"expected":[6,6],"path":[]}
 
@@ -55,42 +47,9 @@ of "seq" ask for the height of the surface (docs/formats/probes.md), lines with 
 autofocus.
 
 Exit codes
-  0 done; 2 errors in the program or the machine file)"},
-    {"calibrate", R"(Example
-  $ panelcal calibrate spindle-camera -m drill1.toml --camera gige://192.168.1.20 --install
+  0 done; 2 errors in the program or the machine file)";
 
-Each part has its own page: `panelcal calibrate spindle-camera --help`. A calibration that drives
-the machine needs SOURCE: --camera URI with [machine] stage_command, or --machine-driver sim for the
-virtual machine of [sim]. Only --install puts a calibration in force.
-
-Exit codes
-  0 done; 1 the measurements give no calibration, or it was not installed; 2 bad input or usage;
-  3 a device, the ledger or the disk failed; 129, 130, 143 SIGHUP, SIGINT or SIGTERM came: what the
-  commands of [machine] moved was halted first)"},
-    {"calibrate spindle-camera", R"(Example
-  $ panelcal calibrate spindle-camera -m drill1.toml --camera gige://192.168.1.20 --install
-
-Drills the next free rows of [coupon] and looks at each hole from every side that `approaches`
-names. The places of the holes determine the offset between spindle and camera, the wander of the
-drill from hole to hole, the repeatability of the stage (between looks), and its backlash. Outliers
-among the holes are left out and named. The output has the offset with its sigma, the number of
-further holes that would halve it, and its change from the present one, in sigmas. --yes answers the
-question about entry material.
-
-The rows are used up whatever happens: [coupon] state keeps count, so that no hole is drilled twice.
-Put a new coupon on the table when they are, and give it a new name. While the ledger lacks entries
-that calibrations or reports note, nothing is drilled: an older copy does not know which rows are.
-
--o FILE writes the calibration, and nothing else changes. --install appends it to [ledger] file
-first and then writes [spindle] calibration from there: if the power fails in between, the next
-`calibrate --install` or `nightly` writes the file. Refused, and recorded as refused, is an offset
-whose residuals show a trend (the coupon moved, or the camera is turned); --force installs it.
-After a change of the camera or of its calibration, calibrate this offset again.
-
-Exit codes
-  0 done; 1 too few holes were seen or fit, or it was not installed; 2 bad input or usage; 3 a
-  device, the ledger or the disk failed)"},
-    {"nightly", R"(Example
+inline constexpr std::string_view kNightly = R"(Example
   $ panelcal nightly -m machine.toml --dry-run
   $ panelcal nightly -m machine.toml
 
@@ -109,8 +68,9 @@ for cron.
 Exit codes
   0 everything was installed; 1 something was refused or a check did not pass; 2 bad input or usage;
   3 a device, the disk or the ledger failed, or another run holds the machine's lock; 129, 130, 143
-  SIGHUP, SIGINT or SIGTERM came: what moved was halted first, and the page says "interrupted")"},
-    {"plan", R"(Example
+  SIGHUP, SIGINT or SIGTERM came: what moved was halted first, and the page says "interrupted")";
+
+inline constexpr std::string_view kPlan = R"(Example
   $ panelcal plan datasets/demo/panel.exc -m datasets/demo/machine.toml -o plan.html
 
 Predicts, before any measurement, how much of the noise of its targets reaches the worst hole and
@@ -130,8 +90,9 @@ of --fiducial-sigma-um (2) in the picture, or as --measurements had it, with the
 
 Exit codes
   0 advice was given, also where targets do not determine their model; 2 bad input or usage; 3 the
-  disk or the environment failed)"},
-    {"run", R"(Example
+  disk or the environment failed)";
+
+inline constexpr std::string_view kRun = R"(Example
   $ panelcal run datasets/demo/panel.exc -m datasets/demo/machine.toml \
       --images datasets/demo/images -o corrected.drl --report report.html
 
@@ -216,8 +177,9 @@ Exit codes
   0 done, perhaps with warnings; 1 a target was not found, a gate failed or [tolerance] holds the
   job, and no program was written (but see --force); 2 bad input or usage; 3 a device, the disk or
   the environment failed; 129, 130, 143 SIGHUP, SIGINT or SIGTERM came (what moved under --camera
-  was halted first))"},
-    {"translate", R"(Example
+  was halted first))";
+
+inline constexpr std::string_view kTranslate = R"(Example
   $ panelcal translate job.exc -o job.s5
   job.exc:3: warning[translation-loss]: left out of the translation: "ATC,ON" has no form in
   SIEB & MEYER
@@ -245,8 +207,9 @@ are: a SIEB & MEYER control then measures in the mode that it is set to, and pro
 
 Exit codes
   0 done, perhaps with warnings; 1 something that matters would be lost, and nothing was written
-  (but see --force); 2 bad input or usage; 3 the disk or the environment failed)"},
-    {"locate", R"(Example
+  (but see --force); 2 bad input or usage; 3 the disk or the environment failed)";
+
+inline constexpr std::string_view kLocate = R"(Example
   $ panelcal locate datasets/demo/images/0000.png --tool 1 -m datasets/demo/machine.toml
 
 One JSON object a picture: status, centre and covariance in pixels (the centre of the top-left pixel
@@ -276,8 +239,9 @@ with every mark.
 
 Exit codes
   0 every picture was read, whatever was found in it; 2 a picture or an option is bad; 3 an overlay
-  cannot be written)"},
-    {"synth", R"(Example
+  cannot be written)";
+
+inline constexpr std::string_view kSynth = R"(Example
   $ panelcal synth datasets/demo/panel.exc -m datasets/demo/machine.toml -o pictures
 
 Puts the panel of [sim] under the virtual camera, executes the program's measurements on it, and
@@ -293,16 +257,6 @@ What an earlier synth wrote into the folder, by the digests in its synth.sha256,
 with numbered pictures or lists that are not as synth wrote them is refused.
 
 Exit codes
-  0 done; 1 a target could not be measured; 2 bad input; 3 the folder cannot be written)"},
-});
+  0 done; 1 a target could not be measured; 2 bad input; 3 the folder cannot be written)";
 
-}  // namespace
-
-std::string_view command_footer(std::string_view command) {
-  const auto found = std::ranges::find(kCommandFooters, command, &Footer::first);
-  if (found != kCommandFooters.end()) return found->second;
-  if (command.starts_with("history")) return history_footer(command);
-  return command.starts_with("surface") ? surface_footer(command) : calibrate_footer(command);
-}
-
-}  // namespace panelcal
+}  // namespace panelcal::pages

@@ -1,17 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/cli/help/surface_help.h"
+#pragma once
 
-#include <algorithm>
-#include <array>
-#include <utility>
+#include <string_view>
 
-namespace panelcal {
-namespace {
+// Pages of `panelcal surface`.
+namespace panelcal::pages {
 
-using Footer = std::pair<std::string_view, std::string_view>;
-
-constexpr auto kSurfaceFooters = std::to_array<Footer>({
-    {"surface", R"(Example
+inline constexpr std::string_view kSurface = R"(Example
   $ panelcal surface fit heightmap.csv -o map.json --plot map.svg
   $ panelcal surface query map.json 12.5,40
   (12.500, 40.000)           1.6021 mm +- 2.31 um  measured
@@ -21,8 +16,9 @@ own page: `panelcal surface fit --help`; docs/howto/surface.md shows a whole job
 
 Exit codes
   0 done; 1 a map refuses the request; 2 bad input or usage; 3 the disk or the environment
-  failed)"},
-    {"surface fit", R"(Example
+  failed)";
+
+inline constexpr std::string_view kSurfaceFit = R"(Example
   $ panelcal surface fit probes.jsonl -o map.json --plot map.svg --report map.html
 
 Outliers among the probes are left out and named; up to 15 probes are judged one by one, and where
@@ -51,8 +47,9 @@ same as a page with tables; both leave voids white.
 
 Exit codes
   0 a map was made; 1 too many probes do not fit the others; 2 the probes make no map, or bad usage;
-  3 the disk failed)"},
-    {"surface query", R"(Example
+  3 the disk failed)";
+
+inline constexpr std::string_view kSurfaceQuery = R"(Example
   $ panelcal surface query map.json 12.5,40 -3,0
   $ panelcal surface query map.json --program job.exc -m machine.toml --json > heights.jsonl
   $ panelcal surface query map.json --grid 11x7
@@ -66,8 +63,9 @@ refused. In a void the height is predicted from the probes about it, and "void" 
 zones names the "zone" of each place, and refuses places in none.
 
 Exit codes
-  0 done; 1 a place was refused; 2 bad input or usage)"},
-    {"surface diff", R"(Example
+  0 done; 1 a place was refused; 2 bad input or usage)";
+
+inline constexpr std::string_view kSurfaceDiff = R"(Example
   $ panelcal surface diff before.json after.json --plot change.svg
 
 Compares the probes of the later map with the earlier map's prediction: an offset, a tilt, bow and
@@ -77,8 +75,9 @@ probed. The probes need not stand at the same places. --zone selects one zone of
 zones.
 
 Exit codes
-  0 done, whether anything changed or not; 2 bad input or usage)"},
-    {"surface plan", R"(Example
+  0 done, whether anything changed or not; 2 bad input or usage)";
+
+inline constexpr std::string_view kSurfacePlan = R"(Example
   $ panelcal surface plan --program job.exc -m machine.toml --tolerance-um 10 \
       --amplitude-mm 0.1 --length-mm 80 --probe-sigma-um 3 -o probes.csv --plot plan.svg
   $ panelcal surface plan map.json --tolerance-um 10
@@ -102,8 +101,9 @@ it, and it is not known that they do.
 
 Exit codes
   0 a plan was made, or nothing is missing; 1 the tolerance cannot be kept, and nothing was written;
-  2 bad input or usage)"},
-    {"surface export", R"(Example
+  2 bad input or usage)";
+
+inline constexpr std::string_view kSurfaceExport = R"(Example
   $ panelcal surface export map.json --grid 11x7 -o heightmap.csv
   $ panelcal surface export map.json --grid 21x15 --fill --zero 0,0 -o board.probe
   $ panelcal surface export map.json --format linuxcnc -o probes.txt
@@ -119,8 +119,9 @@ which is how those programs go, are off the map. --zero gives heights from where
 0.
 
 Exit codes
-  0 done; 2 bad input or usage; 3 the disk failed)"},
-    {"surface apply", R"(Example
+  0 done; 2 bad input or usage; 3 the disk failed)";
+
+inline constexpr std::string_view kSurfaceApply = R"(Example
   $ panelcal surface apply map.json isolation.ngc -o levelled.ngc
   $ panelcal surface apply map.json drill.ngc -o levelled.ngc --zero 10,10 --max-sigma-um 15
 
@@ -146,14 +147,6 @@ board reaches, and places that the map does not.
 
 Exit codes
   0 done; 1 the map is less sure than --max-sigma-um, and nothing was written; 2 bad input or usage;
-  3 the disk failed)"},
-});
+  3 the disk failed)";
 
-}  // namespace
-
-std::string_view surface_footer(std::string_view command) {
-  const auto found = std::ranges::find(kSurfaceFooters, command, &Footer::first);
-  return found == kSurfaceFooters.end() ? std::string_view() : found->second;
-}
-
-}  // namespace panelcal
+}  // namespace panelcal::pages

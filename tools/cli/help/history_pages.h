@@ -1,17 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/cli/help/history_help.h"
+#pragma once
 
-#include <algorithm>
-#include <array>
-#include <utility>
+#include <string_view>
 
-namespace panelcal {
-namespace {
+// Pages of `panelcal history`.
+namespace panelcal::pages {
 
-using Footer = std::pair<std::string_view, std::string_view>;
-
-constexpr auto kHistoryFooters = std::to_array<Footer>({
-    {"history", R"(Example
+inline constexpr std::string_view kHistory = R"(Example
   $ panelcal history list -l drill1.ledger --kind spindle-camera --last 5
 
 A ledger is a file that only grows: every calibration with its inputs, result, covariance and
@@ -24,24 +19,27 @@ This shows how far every hole of a job would move, with a picture of arrows:
   $ panelcal history diff 11 12 -l drill1.ledger --program job.exc -m machine.toml -o shift.svg
 
 Exit codes
-  0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)"},
-    {"history list", R"(Example
+  0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)";
+
+inline constexpr std::string_view kHistoryList = R"(Example
   $ panelcal history list -l drill1.ledger --kind spindle-camera --last 5
 
 One line an entry, the newest last: number, time, machine, what was calibrated, verdict. * is in
 force. --machine, --kind and --subject choose; --json writes an object a line.
 
 Exit codes
-  0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)"},
-    {"history export", R"(Example
+  0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)";
+
+inline constexpr std::string_view kHistoryExport = R"(Example
   $ panelcal history export -l drill1.ledger --since 2026-11-01 -o november.jsonl
 
 Every entry with all its parameters, covariances, inputs and hashes, as JSON Lines for other
 programs (docs/decisions/ledger.md). The ledger itself stays as it is.
 
 Exit codes
-  0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)"},
-    {"history show", R"(Example
+  0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)";
+
+inline constexpr std::string_view kHistoryShow = R"(Example
   $ panelcal history show 12 -l drill1.ledger
   $ panelcal history show 12 --result -l drill1.ledger -o spindle1.cal.json
 
@@ -49,8 +47,9 @@ The first prints parameters with sigmas, verdict, and inputs with their digests;
 the calibration's file as it was installed, byte for byte.
 
 Exit codes
-  0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)"},
-    {"history diff", R"(Example
+  0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)";
+
+inline constexpr std::string_view kHistoryDiff = R"(Example
   $ panelcal history diff 11 12 -l drill1.ledger
   $ panelcal history diff 11 12 -l drill1.ledger --program job.exc -m machine.toml -o shift.svg
 
@@ -59,8 +58,9 @@ their maps differ. The second says how far every hole of the job would move if 1
 11, and draws it; --measurements of a recorded job says where cameras saw its targets.
 
 Exit codes
-  0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)"},
-    {"history rollback", R"(Example
+  0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)";
+
+inline constexpr std::string_view kHistoryRollback = R"(Example
   $ panelcal history rollback -l drill1.ledger --machine "drill 1" --kind spindle-camera \
       --subject "spindle 1 station 1" --reason "holes are off since Tuesday"
 
@@ -69,8 +69,9 @@ own, with its reason. The next `panelcal nightly` writes the file of what is in 
 `panelcal history show ID --result -o FILE` writes it at once.
 
 Exit codes
-  0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)"},
-    {"history fresh-start", R"(Example
+  0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)";
+
+inline constexpr std::string_view kHistoryFreshStart = R"(Example
   $ panelcal history fresh-start -l drill1.ledger --machine "drill 1" --kind spindle-camera \
       --subject "spindle 1 station 1" --reason "camera mounted anew"
 
@@ -78,8 +79,9 @@ Records that a part was changed knowingly: the next result is compared with no n
 is in force stays in force (docs/howto/nightly.md says when this is right).
 
 Exit codes
-  0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)"},
-    {"history plot", R"(Example
+  0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)";
+
+inline constexpr std::string_view kHistoryPlot = R"(Example
   $ panelcal history plot -l drill1.ledger --machine "drill 1" --kind spindle-camera \
       --subject "spindle 1 station 1" --parameter offset_x -o offset.svg
 
@@ -87,8 +89,9 @@ Draws one parameter over time, with its sigmas and with what was in force. `pane
 lists the parameters of an entry.
 
 Exit codes
-  0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)"},
-    {"history verify", R"(Example
+  0 done; 2 bad input or usage; 3 the ledger is damaged or busy, or the disk failed)";
+
+inline constexpr std::string_view kHistoryVerify = R"(Example
   $ panelcal history verify -l drill1.ledger -m machine.toml --against reports
 
 Computes the hash of every entry again, and holds it against the one that the next entry has noted: a
@@ -99,14 +102,6 @@ the newest entry, and the ledger is held against those that machine.toml names, 
 
 Exit codes
   0 every hash is right and no noted entry is missing; 2 bad input or usage; 3 the ledger is damaged,
-  cut off or busy, or the disk failed)"},
-});
+  cut off or busy, or the disk failed)";
 
-}  // namespace
-
-std::string_view history_footer(std::string_view command) {
-  const auto found = std::ranges::find(kHistoryFooters, command, &Footer::first);
-  return found == kHistoryFooters.end() ? std::string_view() : found->second;
-}
-
-}  // namespace panelcal
+}  // namespace panelcal::pages

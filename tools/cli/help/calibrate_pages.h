@@ -1,17 +1,48 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/cli/help/calibrate_help.h"
+#pragma once
 
-#include <algorithm>
-#include <array>
-#include <utility>
+#include <string_view>
 
-namespace panelcal {
-namespace {
+// Pages of `panelcal calibrate`.
+namespace panelcal::pages {
 
-using Footer = std::pair<std::string_view, std::string_view>;
+inline constexpr std::string_view kCalibrate = R"(Example
+  $ panelcal calibrate spindle-camera -m drill1.toml --camera gige://192.168.1.20 --install
 
-constexpr auto kCalibrateFooters = std::to_array<Footer>({
-    {"calibrate camera", R"(Examples
+Each part has its own page: `panelcal calibrate spindle-camera --help`. A calibration that drives
+the machine needs SOURCE: --camera URI with [machine] stage_command, or --machine-driver sim for the
+virtual machine of [sim]. Only --install puts a calibration in force.
+
+Exit codes
+  0 done; 1 the measurements give no calibration, or it was not installed; 2 bad input or usage;
+  3 a device, the ledger or the disk failed; 129, 130, 143 SIGHUP, SIGINT or SIGTERM came: what the
+  commands of [machine] moved was halted first)";
+
+inline constexpr std::string_view kCalibrateSpindleCamera = R"(Example
+  $ panelcal calibrate spindle-camera -m drill1.toml --camera gige://192.168.1.20 --install
+
+Drills the next free rows of [coupon] and looks at each hole from every side that `approaches`
+names. The places of the holes determine the offset between spindle and camera, the wander of the
+drill from hole to hole, the repeatability of the stage (between looks), and its backlash. Outliers
+among the holes are left out and named. The output has the offset with its sigma, the number of
+further holes that would halve it, and its change from the present one, in sigmas. --yes answers the
+question about entry material.
+
+The rows are used up whatever happens: [coupon] state keeps count, so that no hole is drilled twice.
+Put a new coupon on the table when they are, and give it a new name. While the ledger lacks entries
+that calibrations or reports note, nothing is drilled: an older copy does not know which rows are.
+
+-o FILE writes the calibration, and nothing else changes. --install appends it to [ledger] file
+first and then writes [spindle] calibration from there: if the power fails in between, the next
+`calibrate --install` or `nightly` writes the file. Refused, and recorded as refused, is an offset
+whose residuals show a trend (the coupon moved, or the camera is turned); --force installs it.
+After a change of the camera or of its calibration, calibrate this offset again.
+
+Exit codes
+  0 done; 1 too few holes were seen or fit, or it was not installed; 2 bad input or usage; 3 a
+  device, the ledger or the disk failed)";
+
+inline constexpr std::string_view kCalibrateCamera = R"(Examples
   $ panelcal calibrate camera -m machine.toml --camera gige://192.168.1.10 --at 120.5,80 --tool 3 \
       --focal-px 11000 -o camera.cal.json --plot residuals.svg
   $ panelcal calibrate camera -m machine.toml --images DIR --tool 3 -o camera.cal.json
@@ -49,8 +80,9 @@ Files
 
 Exit codes
   0 done; 1 there is no mark at --at, or it is refused; 2 bad input, or too few views show the mark;
-  3 a device, the ledger or a file failed)"},
-    {"calibrate table", R"(Example
+  3 a device, the ledger or a file failed)";
+
+inline constexpr std::string_view kCalibrateTable = R"(Example
   $ panelcal calibrate table -m machine.toml --plate plate.toml --measurements looks.jsonl \
       -o table.cal.json --plot map.svg --linuxcnc compensation
 
@@ -82,8 +114,9 @@ machine.toml, the looks and the plate; then `history diff` and `history export` 
 
 Exit codes
   0 done; 1 it is refused; 2 bad input, or looks that determine no table; 3 the ledger failed, or a
-  file cannot be written)"},
-    {"calibrate surface", R"(Example
+  file cannot be written)";
+
+inline constexpr std::string_view kCalibrateSurface = R"(Example
   $ panelcal surface fit probes.jsonl --model gaussian-process -o table.json
   $ panelcal calibrate surface table.json -m machine.toml --install --reason "new backing plate"
 
@@ -103,8 +136,9 @@ map of a grid model has no covariance of its errors, and is bad input.
 
 Exit codes
   0 done; 1 it is refused; 2 bad input, or a map that does not reach over the area; 3 the ledger
-  failed, or a file cannot be written)"},
-    {"calibrate focus", R"(Example
+  failed, or a file cannot be written)";
+
+inline constexpr std::string_view kCalibrateFocus = R"(Example
   $ panelcal calibrate focus -m machine.toml --camera gige://192.168.1.10 --at 120.5,80 --range -2,2
 
 Takes 25 pictures at heights of the focus axis ([machine] focus_command), prints the sharpness of
@@ -116,8 +150,9 @@ While machine.toml has another value than the one in force, every further run pr
 
 Exit codes
   0 done; 1 there is no peak in the range; 2 bad input; 3 a device or the ledger failed, or another
-  run holds the machine)"},
-    {"calibrate light", R"(Example
+  run holds the machine)";
+
+inline constexpr std::string_view kCalibrateLight = R"(Example
   $ panelcal calibrate light -m machine.toml --camera gige://192.168.1.10 --at 120.5,80 --tool 3
 
 Looks at a mark at lamp levels ([machine] lamp_command) and finds the one of best contrast at which
@@ -127,8 +162,9 @@ machine.toml: [camera] lamp; see `panelcal calibrate focus --help`.
 
 Exit codes
   0 done; 1 no level is usable; 2 bad input; 3 a device or the ledger failed, or another run holds
-  the machine)"},
-    {"calibrate settle", R"(Example
+  the machine)";
+
+inline constexpr std::string_view kCalibrateSettle = R"(Example
   $ panelcal calibrate settle -m machine.toml --camera gige://192.168.1.10 --at 120.5,80 --tool 3
 
 Moves away and back, again and again, and takes a picture after another delay each time. Prints
@@ -140,14 +176,6 @@ still at once, so this needs a real one.
 
 Exit codes
   0 done; 1 the pictures do not determine it; 2 bad input; 3 a device or the ledger failed, or
-  another run holds the machine)"},
-});
+  another run holds the machine)";
 
-}  // namespace
-
-std::string_view calibrate_footer(std::string_view command) {
-  const auto found = std::ranges::find(kCalibrateFooters, command, &Footer::first);
-  return found == kCalibrateFooters.end() ? std::string_view() : found->second;
-}
-
-}  // namespace panelcal
+}  // namespace panelcal::pages

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/cli/command_table.h"
+
+#include <array>
+#include <variant>
+
+#include "tools/cli/help/calibrate_pages.h"
+#include "tools/cli/help/history_pages.h"
+#include "tools/cli/help/job_pages.h"
+#include "tools/cli/help/surface_pages.h"
+#include "tools/cli/options/command_options.h"
+
+namespace panelcal {
+namespace {
+
+/// Makes the options that a command fills, and hands them to run_command().
+template <class OptionsOf, void (*kAdd)(CLI::App&, OptionsOf&)>
+constexpr CommandRow row(std::string_view name, std::string_view summary, std::string_view page) {
+  return {name,
+          summary,
+          page,
+          [](CLI::App& command, CommandOptions& options) {
+            kAdd(command, options.emplace<OptionsOf>());
+          },
+          [](CommandContext& context) {
+            return run_command(std::get<OptionsOf>(context.options.command), context);
+          }};
+}
+
+constexpr auto kCommands = std::to_array<CommandRow>({
+    row<CheckOptions, add_check_options>(
+        "check", "Read and verify a part program, a machine file, or both", pages::kCheck),
+    row<SurveyOptions, add_survey_options>(
+        "survey", "List the measurements and probes a program asks for, in order", pages::kSurvey),
+    row<PlanOptions, add_plan_options>(
+        "plan",
+        "Predict before the job how sure its targets make every hole, and what helps",
+        pages::kPlan),
+    row<RunOptions, add_run_options>(
+        "run", "Measure, fit, gate, correct and write a program", pages::kRun),
+    row<TranslateOptions, add_translate_options>(
+        "translate", "Write a program in the other language, patterns and all", pages::kTranslate),
+    row<LocateCommandOptions, add_locate_options>(
+        "locate", "Find a target in pictures", pages::kLocate),
+    row<SynthOptions, add_synth_options>(
+        "synth", "Render the pictures a program asks for, with their truth", pages::kSynth),
+    {"calibrate", "Calibrate a part of the machine", pages::kCalibrate},
+    row<CalibrateOptions, add_calibrate_spindle_camera_options>(
+        "calibrate spindle-camera",
+        "Find where the camera looks against where the spindle drills, from holes in a coupon",
+        pages::kCalibrateSpindleCamera),
+    row<CalibrateOptions, add_calibrate_camera_options>(
+        "calibrate camera",
+        "Find scale, rotation, tilt and lens of the camera, from one mark seen all over the "
+        "picture",
+        pages::kCalibrateCamera),
+    row<CalibrateOptions, add_calibrate_table_options>(
+        "calibrate table",
+        "Find scale, squareness, straightness and the error map of the table, from looks at a "
+        "plate of dots",
+        pages::kCalibrateTable),
+    row<CalibrateOptions, add_calibrate_surface_options>(
+        "calibrate surface",
+        "Record a map of the table's own surface that was probed by hand",
+        pages::kCalibrateSurface),
+    row<CalibrateOptions, add_calibrate_focus_options>(
+        "calibrate focus",
+        "Find the height at which the camera is sharpest",
+        pages::kCalibrateFocus),
+    row<CalibrateOptions, add_calibrate_light_options>(
+        "calibrate light",
+        "Find the lamp level of best contrast without clipping",
+        pages::kCalibrateLight),
+    row<CalibrateOptions, add_calibrate_settle_options>(
+        "calibrate settle", "Find how long to wait after a move", pages::kCalibrateSettle),
+    row<NightlyOptions, add_nightly_options>(
+        "nightly", "Calibrate the machine at night without a person, and report", pages::kNightly),
+    {"history", "Ask a ledger of calibrations, or go back to an earlier one", pages::kHistory},
+    row<HistoryOptions, add_history_list_options>(
+        "history list", "Entries, one a line; * is in force", pages::kHistoryList),
+    row<HistoryOptions, add_history_export_options>(
+        "history export", "Everything as JSON Lines", pages::kHistoryExport),
+    row<HistoryOptions, add_history_show_options>("history show", "One entry", pages::kHistoryShow),
+    row<HistoryOptions, add_history_diff_options>(
+        "history diff", "What changed from one entry to another", pages::kHistoryDiff),
+    row<HistoryOptions, add_history_rollback_options>(
+        "history rollback", "Put an earlier one in force", pages::kHistoryRollback),
+    row<HistoryOptions, add_history_fresh_start_options>(
+        "history fresh-start",
+        "Record that later nights are not compared with earlier ones",
+        pages::kHistoryFreshStart),
+    row<HistoryOptions, add_history_plot_options>(
+        "history plot", "One parameter over time, as SVG", pages::kHistoryPlot),
+    row<HistoryOptions, add_history_verify_options>(
+        "history verify",
+        "Check every hash of the ledger, and that it has what calibrations and reports note of it",
+        pages::kHistoryVerify),
+    {"surface", "Map probed heights, ask the map, and plan where to probe", pages::kSurface},
+    row<SurfaceOptions, add_surface_fit_options>(
+        "surface fit", "Make a map of probed heights", pages::kSurfaceFit),
+    row<SurfaceOptions, add_surface_query_options>(
+        "surface query", "Ask a map for heights", pages::kSurfaceQuery),
+    row<SurfaceOptions, add_surface_diff_options>(
+        "surface diff", "Compare one map with another", pages::kSurfaceDiff),
+    row<SurfaceOptions, add_surface_plan_options>(
+        "surface plan", "Plan where to probe, and where not to", pages::kSurfacePlan),
+    row<SurfaceOptions, add_surface_apply_options>(
+        "surface apply", "Make a G-code program follow a map", pages::kSurfaceApply),
+    row<SurfaceOptions, add_surface_export_options>(
+        "surface export", "Write a map as the file of another program", pages::kSurfaceExport),
+});
+
+}  // namespace
+
+std::span<const CommandRow> command_table() {
+  return kCommands;
+}
+
+}  // namespace panelcal

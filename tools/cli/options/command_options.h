@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "tools/cli/options/options.h"
+
+namespace CLI {
+class App;
+}
+
+// Registers the options of each command, which fill `o`; it must outlive `command`. The rows of
+// tools/cli/command_table.cc name them.
+namespace panelcal {
+
+void add_check_options(CLI::App& command, CheckOptions& o);
+void add_survey_options(CLI::App& command, SurveyOptions& o);
+void add_plan_options(CLI::App& command, PlanOptions& o);
+void add_run_options(CLI::App& command, RunOptions& o);
+void add_translate_options(CLI::App& command, TranslateOptions& o);
+void add_locate_options(CLI::App& command, LocateCommandOptions& o);
+void add_synth_options(CLI::App& command, SynthOptions& o);
+void add_nightly_options(CLI::App& command, NightlyOptions& o);
+
+void add_calibrate_spindle_camera_options(CLI::App& command, CalibrateOptions& o);
+void add_calibrate_camera_options(CLI::App& command, CalibrateOptions& o);
+void add_calibrate_table_options(CLI::App& command, CalibrateOptions& o);
+void add_calibrate_surface_options(CLI::App& command, CalibrateOptions& o);
+void add_calibrate_focus_options(CLI::App& command, CalibrateOptions& o);
+void add_calibrate_light_options(CLI::App& command, CalibrateOptions& o);
+void add_calibrate_settle_options(CLI::App& command, CalibrateOptions& o);
+
+void add_history_list_options(CLI::App& command, HistoryOptions& o);
+void add_history_export_options(CLI::App& command, HistoryOptions& o);
+void add_history_show_options(CLI::App& command, HistoryOptions& o);
+void add_history_diff_options(CLI::App& command, HistoryOptions& o);
+void add_history_rollback_options(CLI::App& command, HistoryOptions& o);
+void add_history_fresh_start_options(CLI::App& command, HistoryOptions& o);
+void add_history_plot_options(CLI::App& command, HistoryOptions& o);
+void add_history_verify_options(CLI::App& command, HistoryOptions& o);
+
+void add_surface_fit_options(CLI::App& command, SurfaceOptions& o);
+void add_surface_query_options(CLI::App& command, SurfaceOptions& o);
+void add_surface_diff_options(CLI::App& command, SurfaceOptions& o);
+void add_surface_plan_options(CLI::App& command, SurfaceOptions& o);
+void add_surface_apply_options(CLI::App& command, SurfaceOptions& o);
+void add_surface_export_options(CLI::App& command, SurfaceOptions& o);
+
+}  // namespace panelcal

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// Like options.cc it includes CLI11: seconds to compile.
+#include "tools/cli/options/command_options.h"
+#include "tools/cli/options/program_options.h"
+#include <CLI/CLI.hpp>
+
+namespace panelcal {
+namespace {
+
+/// Of each of them.
+void begin_history(CLI::App& command, HistoryOptions& o, HistoryOptions::Action action) {
+  o.action = action;
+  command.add_option("-l,--ledger", o.ledger, "The ledger's file")->required();
+  command.add_option("-o,--output", o.output, "Write to this file, whole or not at all");
+}
+
+void add_key(CLI::App& command, HistoryOptions& o, bool required) {
+  command.add_option("--machine", o.machine, "The machine's name")->required(required);
+  command.add_option("--kind", o.kind, "spindle-camera, camera, table, ...")->required(required);
+  command.add_option("--subject", o.subject, "Which of that kind, such as \"zoom 3\"")
+      ->required(required);
+}
+
+void add_entry_json(CLI::App& command, HistoryOptions& o) {
+  command.add_flag("--json", o.json, "JSON instead of text");
+}
+
+/// Of those that list entries.
+void add_list(CLI::App& command, HistoryOptions& o) {
+  add_key(command, o, false);
+  command.add_option("--since", o.since, "Not older: 2026-11-21, or with T08:37:38Z (UTC)");
+  command.add_option("--last", o.last, "Only the newest N")->check(CLI::Range(1, 1'000'000'000));
+}
+
+}  // namespace
+
+void add_history_list_options(CLI::App& command, HistoryOptions& o) {
+  begin_history(command, o, HistoryOptions::Action::List);
+  add_list(command, o);
+  add_entry_json(command, o);
+}
+
+void add_history_export_options(CLI::App& command, HistoryOptions& o) {
+  begin_history(command, o, HistoryOptions::Action::Export);
+  add_list(command, o);
+}
+
+void add_history_show_options(CLI::App& command, HistoryOptions& o) {
+  begin_history(command, o, HistoryOptions::Action::Show);
+  command.add_option("ID", o.ids, "Its number")->required()->expected(1);
+  command.add_flag("--result", o.result, "The calibration itself, byte for byte");
+  add_entry_json(command, o);
+}
+
+void add_history_diff_options(CLI::App& command, HistoryOptions& o) {
+  begin_history(command, o, HistoryOptions::Action::Diff);
+  command.add_option("ID", o.ids, "Two numbers: before and after")->required()->expected(2);
+  CLI::Option* program = command.add_option(
+      "--program", o.program, "Show how far every hole of this job would move; -o is its picture");
+  CLI::Option* machine = command.add_option("-m,--machine", o.machine_file, "machine.toml");
+  program->needs(machine);
+  machine->needs(program);
+  command
+      .add_option("--measurements",
+                  o.measurements,
+                  "Of cameras: a recorded job, for where in the picture targets were seen")
+      ->needs(program);
+  add_clock(command, o.clock);
+  add_limit(command, o.max_operations);
+  add_reading(command, o.reading, program);
+  add_entry_json(command, o);
+}
+
+void add_history_rollback_options(CLI::App& command, HistoryOptions& o) {
+  begin_history(command, o, HistoryOptions::Action::RollBack);
+  add_key(command, o, true);
+  command.add_option("--to", o.to, "Entry to go back to (default: the one before)");
+  command.add_option("--reason", o.reason, "Why, for those who read it later")->required();
+  command.add_option("--by", o.asked_by, "Who asks (default: the user)");
+  add_entry_json(command, o);
+}
+
+void add_history_fresh_start_options(CLI::App& command, HistoryOptions& o) {
+  begin_history(command, o, HistoryOptions::Action::FreshStart);
+  add_key(command, o, true);
+  command.add_option("--reason", o.reason, "Reason: the part that was changed or examined")
+      ->required();
+  command.add_option("--by", o.asked_by, "Name of the person (default: the user)");
+  add_entry_json(command, o);
+}
+
+void add_history_plot_options(CLI::App& command, HistoryOptions& o) {
+  begin_history(command, o, HistoryOptions::Action::Plot);
+  add_key(command, o, true);
+  command.add_option("--parameter", o.parameter, "Its name, as `show` lists it")->required();
+}
+
+void add_history_verify_options(CLI::App& command, HistoryOptions& o) {
+  begin_history(command, o, HistoryOptions::Action::Verify);
+  command.add_option(
+      "-m,--machine", o.machine_file, "machine.toml: its calibrations and its reports");
+  command.add_option("--against", o.against, "Files, or folders of .json and .html files");
+  add_entry_json(command, o);
+}
+
+}  // namespace panelcal

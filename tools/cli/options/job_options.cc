@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+// Like options.cc it includes CLI11: seconds to compile.
+#include <charconv>
+#include <cstdint>
+#include <string>
+
+#include "tools/cli/options/command_options.h"
+#include "tools/cli/options/program_options.h"
+#include <CLI/CLI.hpp>
+
+namespace panelcal {
+namespace {
+
+/// Makes sure that a text is a number from 0 in digits: CLI11 would wrap -1 around, and read 010 as
+/// eight. What is wrong, or nothing.
+std::string check_seed(std::string& text) {
+  std::uint64_t seed = 0;
+  const char* const end = text.data() + text.size();
+  const auto read = std::from_chars(text.data(), end, seed);
+  if (read.ec != std::errc() || read.ptr != end) {
+    return text + " not in range 0 to 18446744073709551615";
+  }
+  text = std::to_string(seed);
+  return {};
+}
+
+void add_threads(CLI::App& command, std::size_t& n_threads) {
+  constexpr std::size_t kMaxThreads = 256;
+  command
+      .add_option("--threads",
+                  n_threads,
+                  "Threads that look at pictures, 0: one for each processor; no result depends "
+                  "on their number")
+      ->check(CLI::Range(std::size_t{0}, kMaxThreads))
+      ->capture_default_str();
+}
+
+}  // namespace
+
+void add_check_options(CLI::App& command, CheckOptions& o) {
+  command.add_option("PROGRAM", o.program, "Part program; - is standard input");
+  command.add_option("-m,--machine", o.machine, "machine.toml");
+  add_clock(command, o.clock);
+  add_limit(command, o.max_operations);
+  add_reading(command, o.reading);
+}
+
+void add_survey_options(CLI::App& command, SurveyOptions& o) {
+  command.add_option("PROGRAM", o.program, "Part program; - is standard input")->required();
+  command.add_option("-m,--machine", o.machine, "machine.toml")->required();
+  add_clock(command, o.clock);
+  add_limit(command, o.max_operations);
+  add_reading(command, o.reading);
+}
+
+void add_plan_options(CLI::App& command, PlanOptions& o) {
+  command.add_option("PROGRAM", o.program, "Part program; - is standard input")->required();
+  command.add_option("-m,--machine", o.machine, "machine.toml")->required();
+  command.add_option("-o,--output", o.output, "Picture of the plan (.svg), or a page (.html)");
+  command.add_flag("--json", o.json, "One JSON object instead of text");
+  command.add_option("--add", o.n_added, "Further targets to propose together")
+      ->check(CLI::Range(1, 20))
+      ->capture_default_str();
+  CLI::Option* sigma = command.add_option("--fiducial-sigma-um",
+                                          o.fiducial_sigma_um,
+                                          "Noise of a target in its picture, along each axis "
+                                          "(default: 2)");
+  sigma->check(CLI::Range(1e-6, 1e6));
+  command.add_option("--measurements", o.measurements, "Take that noise from a recorded job")
+      ->excludes(sigma);
+  add_clock(command, o.clock);
+  add_limit(command, o.max_operations);
+  add_reading(command, o.reading);
+}
+
+void add_run_options(CLI::App& command, RunOptions& o) {
+  command.add_option("PROGRAM", o.program, "Part program; - is standard input")->required();
+  command.add_option("-m,--machine", o.machine, "machine.toml")->required();
+  CLI::Option_group* source = command.add_option_group("SOURCE", "Where measurements come from");
+  source->add_option("--images", o.images, "Folder with images.csv and pictures");
+  source->add_option("--measurements", o.measurements, "Recorded measurements (JSON Lines)");
+  source->add_option("--machine-driver", o.machine_driver, "A machine; now: sim")
+      ->check(CLI::IsMember({"sim"}));
+  source->add_option("--camera",
+                     o.camera,
+                     "A live camera: folder:DIR, video:FILE, v4l2:DEVICE, rtsp://HOST/PATH or "
+                     "gige://ADDRESS");
+  source->require_option(0, 1);
+  command.add_flag("--uncorrected",
+                   o.uncorrected,
+                   "The program measures no target: write it as it is, whatever SOURCE says");
+  command
+      .add_option("--turned",
+                  o.turned_deg,
+                  "The panel is meant to lie turned by these degrees, counter-clockwise about "
+                  "work zero (default: [gates] turned_deg)")
+      ->check(CLI::IsMember({0, 90, 180, 270}));
+  command.add_option("--probes", o.probes, "Recorded probe readings (JSON Lines)");
+  command.add_option("--surface",
+                     o.surface,
+                     "Map of the board (`panelcal surface fit`): depths below the board count from "
+                     "its heights");
+  command.add_option("-o,--output",
+                     o.output,
+                     "Corrected program or picture (.jsonl .csv .drl .exc .s5 .sm .ngc .svg); - "
+                     "is standard output");
+  command.add_option("--to", o.format, "Output format (default: from the output's extension)")
+      ->check(CLI::IsMember({"jsonl", "csv", "excellon", "sieb-meyer", "gcode", "svg"}));
+  command
+      .add_option("--slots",
+                  o.slots,
+                  "Pass slots (G85, G87) on whole, or as holes and passes (default: keep for "
+                  "excellon, sieb-meyer and svg, expand otherwise; the first two keep G87 in "
+                  "any case)")
+      ->check(CLI::IsMember({"keep", "expand"}));
+  command
+      .add_option("--resolution",
+                  o.resolution_um,
+                  "Write coordinates of excellon and sieb-meyer as fine as this, um (default: "
+                  "the control's digits: 1, with inches 2.54)")
+      ->check(CLI::PositiveNumber);
+  command.add_option(
+      "--explain", o.explain, "Explain places: L14 for those of line 14, 500 for the 500th");
+  command.add_option("--report", o.report, "Write an HTML report");
+  command.add_option("--save-measurements",
+                     o.save_measurements,
+                     "Write the measurements, to replay with --measurements");
+  command.add_option(
+      "--save-probes", o.save_probes, "Write the probed heights, to replay with --probes");
+  add_clock(command, o.clock);
+  command.add_option("--truth", o.truth, "Compare with the truth that `synth` wrote");
+  add_threads(command, o.n_threads);
+  add_limit(command, o.max_operations);
+  add_reading(command, o.reading);
+  command.add_flag(
+      "--force", o.force, "Write the program although a gate or [tolerance] refuses it");
+}
+
+void add_translate_options(CLI::App& command, TranslateOptions& o) {
+  command.add_option("PROGRAM", o.program, "Part program; - is standard input")->required();
+  command.add_option("-o,--output", o.output, "Translated program; - is standard output")
+      ->required();
+  command.add_option("--to", o.to, "Language to write (default: the other one)")
+      ->check(CLI::IsMember({"excellon", "sieb-meyer"}));
+  command.add_option("-m,--machine", o.machine, "machine.toml, for zeros and search paths");
+  add_clock(command, o.clock);
+  add_limit(command, o.max_operations);
+  add_reading(command, o.reading);
+  command.add_flag(
+      "--force", o.force, "Write the program without what decides places or depths and is lost");
+}
+
+void add_locate_options(CLI::App& command, LocateCommandOptions& o) {
+  command.add_option("IMAGE", o.images, "Pictures")->required();
+  CLI::Option* tool = command.add_option("--tool", o.tool, "Number of the vision tool");
+  command.add_option("-m,--machine", o.machine, "machine.toml");
+  CLI::Option* at = command.add_option("--at", o.at_px, "X,Y: look around this place only, px")
+                        ->expected(2)
+                        ->delimiter(',');
+  CLI::Option* radius =
+      command.add_option("--radius", o.radius_px, "How far from --at the centre may be, px");
+  at->needs(radius);
+  radius->needs(at);
+  command.add_option("--overlay",
+                     o.overlay,
+                     "Draw the fits into the pictures: a .png, or for several pictures a folder");
+  CLI::Option* candidates =
+      command.add_flag("--candidates",
+                       o.lists_candidates,
+                       "List the other places that were looked at, and why they do not count");
+  CLI::Option* suggest = command.add_flag(
+      "--suggest",
+      o.suggests,
+      "Look for everything that could be a target, and write [[vision.tool]] blocks for it");
+  command.add_flag("--json", o.json, "The suggestion as JSON Lines")->needs(suggest);
+  suggest->excludes(tool)->excludes(candidates);
+  command.final_callback([&o] {
+    if (o.suggests) return;
+    if (!o.tool) throw CLI::RequiredError("--tool");
+    if (o.machine.empty()) throw CLI::RequiredError("--machine");
+  });
+  add_threads(command, o.n_threads);
+}
+
+void add_synth_options(CLI::App& command, SynthOptions& o) {
+  CLI::Option_group* subject =
+      command.add_option_group("SUBJECT", "Subject: a program, or one vision tool");
+  CLI::Option* program =
+      subject->add_option("PROGRAM", o.program, "Part program: all of its targets");
+  CLI::Option* tool =
+      subject->add_option("--tool", o.tool, "Number of a vision tool: single targets of it");
+  subject->require_option(1);
+  command.add_option("-m,--machine", o.machine, "machine.toml with [sim]")->required();
+  command.add_option("-o,--output", o.output, "Folder to write")->required();
+  command.add_option("--seed", o.seed, "Instead of [sim] seed")
+      ->transform(CLI::Validator(check_seed, "UINT"));
+  command.add_option("--count", o.count, "With --tool: how many pictures")
+      ->check(CLI::Range(1, 100'000))
+      ->needs(tool)
+      ->capture_default_str();
+  add_reading(command, o.reading, program);
+}
+
+void add_nightly_options(CLI::App& command, NightlyOptions& o) {
+  command.add_option("-m,--machine", o.machine, "machine.toml with [nightly] and [ledger]")
+      ->required();
+  command.add_flag("--dry-run", o.is_dry_run, "Print the steps; move and write nothing");
+  command.add_flag("--again", o.is_again, "Calibrate again what this night has calibrated already");
+  command.add_option(
+      "--report", o.report, "The report's page (default: [nightly] reports/NIGHT.html)");
+  command.add_option("--json", o.json, "The same for programs; - is standard output");
+  command.add_option("--temperature", o.temperature_c, "Of the machine, degC (default: [nightly])")
+      ->check(CLI::Range(-50.0, 100.0));
+  command.add_option("--by,--asked-by", o.asked_by, "Who asks (default: the user)");
+  command.add_option(
+      "--clock", o.clock, "Date and time in UTC, such as 2026-11-21T02:00:00Z (default: now)");
+}
+
+}  // namespace panelcal

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+// Like options.cc it includes CLI11: seconds to compile.
+#include <string>
+#include <vector>
+
+#include "surface/fit/shape.h"
+#include "tools/cli/options/command_options.h"
+#include "tools/cli/options/program_options.h"
+#include <CLI/CLI.hpp>
+
+namespace panelcal {
+namespace {
+
+/// Of each of them.
+void begin_surface(CLI::App& command, SurfaceOptions& o, SurfaceOptions::What what) {
+  o.what = what;
+  command.add_flag("--json", o.json, "JSON instead of text");
+}
+
+constexpr const char* kClock = "Date and time for texts, such as 2026-11-21T13:45:00";
+
+/// Of a map of several zones one is taken.
+void add_zone(CLI::App& command, SurfaceOptions& o) {
+  command.add_option("--zone", o.zone, "Name of the zone, of a map that has several");
+}
+
+/// A program's places are asked for, as a job would work at them.
+CLI::Option* add_program(CLI::App& command, SurfaceOptions& o, const char* what) {
+  CLI::Option* program = command.add_option("--program", o.program, what);
+  CLI::Option* machine = command.add_option("-m,--machine", o.machine, "machine.toml");
+  program->needs(machine);
+  machine->needs(program);
+  command.add_option("--clock", o.clock, kClock);
+  add_reading(command, o.reading, program);
+  return program;
+}
+
+void add_format(CLI::App& command, SurfaceOptions& o, const char* what) {
+  command.add_option("--format", o.format, what)
+      ->check(CLI::IsMember({"probes", "heightmap", "linuxcnc", "bcnc", "opencncpilot"}));
+}
+
+}  // namespace
+
+void add_surface_fit_options(CLI::App& command, SurfaceOptions& o) {
+  begin_surface(command, o, SurfaceOptions::What::Fit);
+  command
+      .add_option("PROBES",
+                  o.files,
+                  "Files of one panel: panelcal's (.jsonl), heightmap.csv, LinuxCNC's log, .probe, "
+                  ".hmap")
+      ->required();
+  command.add_option("-o,--output", o.output, "The map (.json)")->required();
+  CLI::Option* machine = command.add_option(
+      "-m,--machine",
+      o.machine,
+      "machine.toml, whose [surface] grid_hold_mm is how far heights are extrapolated");
+  std::vector<std::string> models = {"auto"};
+  for (const std::string_view word : surface_model_words()) models.emplace_back(word);
+  command.add_option("--model", o.model, "Model of the surface between probes")
+      ->check(CLI::IsMember(models))
+      ->capture_default_str();
+  command.add_option("--sigma-um", o.sigma_um, "Scatter of a probe whose file states none (5)")
+      ->check(CLI::Range(1e-3, 1e5));
+  command
+      .add_option("--max-extrapolation-mm",
+                  o.max_extrapolation_mm,
+                  "How far outside of the probes the map still gives heights (5)")
+      ->check(CLI::Range(0.0, 1000.0));
+  command.add_option("--zones", o.zones, "Zones, clamps, cut-outs and the panel's edge (.toml)");
+  CLI::Option* voids_of =
+      command
+          .add_option(
+              "--voids-of",
+              o.voids_of,
+              "A program whose holes, slots and contours are there already; may be repeated")
+          ->needs(machine)
+          ->expected(1)
+          ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  // --format is that of the probes.
+  add_reading(command, o.reading, voids_of, "--program-format");
+  command
+      .add_option("--probe-tip-mm",
+                  o.probe_tip_mm,
+                  "Diameter of the probe's tip: a probe that may touch a void does not count (1)")
+      ->check(CLI::Range(1e-3, 100.0));
+  command.add_option("--clock", o.clock, kClock);
+  add_format(command, o, "Of the files (default: from their names and texts)");
+  command.add_option("--unit", o.unit, "Of files that state none")
+      ->check(CLI::IsMember({"mm", "inch"}))
+      ->capture_default_str();
+  command.add_option("--zaxis", o.z_axis, "Whose heights, of probes with several Z axes (from 0)")
+      ->check(CLI::Range(0, 63));
+  command.add_option("--plot", o.plot, "Picture of heights and sigmas (.svg)");
+  command.add_option("--report", o.report, "The same with tables, as a page (.html)");
+}
+
+void add_surface_query_options(CLI::App& command, SurfaceOptions& o) {
+  begin_surface(command, o, SurfaceOptions::What::Query);
+  command.add_option("MAP", o.map, "The map (.json)")->required();
+  CLI::Option* places = command.add_option(
+      "PLACE", o.places, "X,Y in mm, as many as you like; - reads them, one a line");
+  CLI::Option* program = add_program(command, o, "Every place that this program works at");
+  CLI::Option* grid =
+      command.add_option("--grid", o.grid, "NXxNY: columns and rows over the probes");
+  places->excludes(program)->excludes(grid);
+  program->excludes(grid);
+}
+
+void add_surface_diff_options(CLI::App& command, SurfaceOptions& o) {
+  begin_surface(command, o, SurfaceOptions::What::Diff);
+  command.add_option("MAP", o.files, "Two maps: before and after")->required()->expected(2);
+  add_zone(command, o);
+  command.add_option("--plot", o.plot, "Picture of the difference (.svg)");
+}
+
+void add_surface_plan_options(CLI::App& command, SurfaceOptions& o) {
+  begin_surface(command, o, SurfaceOptions::What::Plan);
+  CLI::Option* map = command.add_option(
+      "MAP", o.map, "A map of this panel, or with --afresh of one like it (.json)");
+  add_zone(command, o);
+  command
+      .add_option("--tolerance-um", o.tolerance_um, "The sigma that the map may have at any place")
+      ->required()
+      ->check(CLI::Range(1e-3, 1e6));
+  add_program(command, o, "Heights matter where this program works");
+  command.add_option("--area", o.area_mm, "X0,Y0,X1,Y1: where one may probe, mm")
+      ->expected(4)
+      ->delimiter(',');
+  command
+      .add_flag("--afresh", o.afresh, "Another panel of this kind: the map's probes do not count")
+      ->needs(map);
+  CLI::Option* amplitude =
+      command.add_option("--amplitude-mm", o.amplitude_mm, "How high such panels bend (sigma)")
+          ->check(CLI::Range(1e-6, 1e3));
+  CLI::Option* length =
+      command.add_option("--length-mm", o.length_mm, "The distance over which they do")
+          ->check(CLI::Range(1e-3, 1e5));
+  CLI::Option* sigma =
+      command.add_option("--probe-sigma-um", o.probe_sigma_um, "What a probe scatters")
+          ->check(CLI::Range(1e-3, 1e5));
+  amplitude->needs(length)->excludes(map);
+  length->needs(amplitude)->excludes(map);
+  amplitude->needs(sigma);
+  command.add_option("-o,--output",
+                     o.output,
+                     "List of the places, in the order to probe (.csv), or the plan (.json)");
+  command.add_option("--plot", o.plot, "Picture of the plan (.svg)");
+}
+
+void add_surface_apply_options(CLI::App& command, SurfaceOptions& o) {
+  begin_surface(command, o, SurfaceOptions::What::Apply);
+  command.add_option("MAP", o.map, "The map (.json)")->required();
+  command.add_option("GCODE", o.gcode, "The program")->required();
+  command.add_option("-o,--output", o.output, "The levelled program; - is standard output")
+      ->required();
+  command
+      .add_option("--height-tolerance-um",
+                  o.height_tolerance_um,
+                  "How near to its height the tool has to be all along a move")
+      ->check(CLI::Range(0.1, 1000.0))
+      ->capture_default_str();
+  command
+      .add_option("--safe-mm",
+                  o.safe_mm,
+                  "Moves at this Z or above stay (default: the lowest Z above the board at which "
+                  "the program travels)")
+      ->check(CLI::Range(-1e3, 1e3));
+  command.add_option("--zero", o.zero_mm, "X,Y: where the tool's Z was set to 0, mm")
+      ->expected(2)
+      ->delimiter(',');
+  command.add_option("--unit", o.gcode_unit, "Of a program that has neither G20 nor G21")
+      ->check(CLI::IsMember({"mm", "inch"}));
+  command
+      .add_option("--max-sigma-um", o.max_sigma_um, "Refuse where the map is less sure than this")
+      ->check(CLI::Range(1e-3, 1e6));
+}
+
+void add_surface_export_options(CLI::App& command, SurfaceOptions& o) {
+  begin_surface(command, o, SurfaceOptions::What::Export);
+  command.add_option("MAP", o.map, "The map (.json)")->required();
+  command
+      .add_option("-o,--output",
+                  o.output,
+                  "heightmap.csv, .probe, .hmap, .jsonl, or any name with --format; - is standard "
+                  "output")
+      ->required();
+  add_format(command, o, "Of the file (default: by its name)");
+  command.add_option("--grid", o.grid, "NXxNY: columns and rows over the probes");
+  command.add_flag("--fill", o.fill, "Heights of nodes that no probe vouches for, too");
+  command.add_option("--zero", o.zero_mm, "X,Y: where heights are 0, mm (default: as in the map)")
+      ->expected(2)
+      ->delimiter(',');
+}
+
+}  // namespace panelcal
