@@ -96,35 +96,29 @@ Expected<NightFiles> find_night_files(const path& machine_toml) {
   PANELCAL_TRY(const std::string text, read_file(machine_toml, kMaxConfigBytes));
   PANELCAL_TRY(const toml::table document,
                internal::parse_toml({machine_toml.string(), std::string_view(text)}));
-  const auto text_of = [&](std::string_view table, std::string_view key) {
-    return document[table][key].value<std::string>().value_or("");
-  };
-  const auto file_of = [&](std::string_view table, std::string_view key) {
-    const std::string name = text_of(table, key);
+  const auto file_of = [&](const toml::node_view<const toml::node>& value) {
+    const std::string name = value.value<std::string>().value_or("");
     return name.empty() ? path() : machine_toml.parent_path() / name;
   };
+  const toml::node_view<const toml::node> top(document);
   NightFiles files;
-  files.machine = text_of("machine", "name");
-  files.ledger = file_of("ledger", "file");
-  files.reports = file_of("nightly", "reports");
-  files.camera = file_of("camera", "calibration");
-  files.spindle = file_of("spindle", "calibration");
-  files.table = file_of("table", "calibration");
-  const auto night_file_of = [&](std::string_view table) {
-    const auto name = document["nightly"][table]["file"].value<std::string>();
-    return name && !name->empty() ? machine_toml.parent_path() / *name : path();
-  };
-  files.night_table = night_file_of("table");
-  files.surface = night_file_of("surface");
-  if (const toml::array* const zooms = document["camera"]["zoom"].as_array()) {
+  files.machine = top["machine"]["name"].value<std::string>().value_or("");
+  files.ledger = file_of(top["ledger"]["file"]);
+  files.reports = file_of(top["nightly"]["reports"]);
+  files.camera = file_of(top["camera"]["calibration"]);
+  files.spindle = file_of(top["spindle"]["calibration"]);
+  files.table = file_of(top["table"]["calibration"]);
+  files.night_table = file_of(top["nightly"]["table"]["file"]);
+  files.surface = file_of(top["nightly"]["surface"]["file"]);
+  if (const toml::array* const zooms = top["camera"]["zoom"].as_array()) {
     for (const toml::node& zoom : *zooms) {
       const toml::node_view<const toml::node> entry(zoom);
       const auto level = entry["level"].value<double>();
-      const auto name = entry["calibration"].value<std::string>();
-      if (level && name && !name->empty()) files.zooms[*level] = machine_toml.parent_path() / *name;
+      const path file = file_of(entry["calibration"]);
+      if (level && !file.empty()) files.zooms[*level] = file;
     }
   }
-  const auto noon = document["nightly"]["noon_utc_h"].value<std::int64_t>();
+  const auto noon = top["nightly"]["noon_utc_h"].value<std::int64_t>();
   if (noon && *noon >= 0 && *noon <= 23) files.noon_utc_h = static_cast<int>(*noon);
   return files;
 }
