@@ -9,7 +9,7 @@
 #include "calib/base/statistics/random.h"
 #include <gmock/gmock.h>
 
-#include "tests/machine/nightly/calibrations/surface_night.h"
+#include "tests/machine/calibrate/kinds/surface_night.h"
 #include "tests/machine/nightly/cut_night.h"
 
 namespace panelcal {

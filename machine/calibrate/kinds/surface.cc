@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "calib/drift/amount.h"
+#include "machine/calibrate/kinds/kinds.h"
+#include "machine/calibrate/kinds/parts.h"
 #include "machine/calibrate/surface/change.h"
 #include "machine/calibrate/surface/record.h"
 #include "machine/calibrate/surface/run.h"
 #include "machine/look/mark_sights.h"
-#include "machine/nightly/calibrations/file_night.h"
-#include "machine/nightly/calibrations/night_calibrations.h"
 #include "surface/map/file.h"
 #include <fmt/format.h>
 
@@ -49,9 +49,9 @@ double bowed_mm(const MapDifference& d) {
 }
 
 /// The table's own surface, of a backing plate or a reference plate that stays on the machine.
-class SurfaceNight final : public internal::FileNight {
+class SurfaceKind final : public Calibration {
  public:
-  SurfaceNight(std::shared_ptr<MachineConfig> config, const NightlyConfig& nightly)
+  SurfaceKind(std::shared_ptr<MachineConfig> config, const NightlyConfig& nightly)
       : config_(std::move(config)), surface_(nightly.surface) {}
 
   LedgerKey key() const override { return surface_key(*config_); }
@@ -75,16 +75,17 @@ class SurfaceNight final : public internal::FileNight {
     if (!figures || figures->area != area_of(surface_)) return std::nullopt;
     return value_of_figures(*figures);
   }
-  Expected<NightMeasurement> measure(const CalibrationDevices& devices,
-                                     const RecordWords& words) override;
+  Expected<CalibrationResult> measure(const CalibrationDevices& devices,
+                                      const RecordWords& words) override;
+  /// A map has no date: one that was never installed may always be a person's.
+  Expected<std::chrono::sys_seconds> date_of(const std::string& bytes,
+                                             const std::string& name) const override {
+    PANELCAL_CHECK(parse_map_file(bytes, name));
+    return std::chrono::sys_seconds::max();
+  }
 
  protected:
   std::string_view thing() const override { return "a map"; }
-  /// A map has no date: one that was never installed may always be a person's.
-  std::optional<std::chrono::sys_seconds> date_of(const std::string& bytes) const override {
-    if (!parse_map_file(bytes, "")) return std::nullopt;
-    return std::chrono::sys_seconds::max();
-  }
 
  private:
   int n_places() const { return surface_.n_columns * surface_.n_rows; }
@@ -100,7 +101,7 @@ class SurfaceNight final : public internal::FileNight {
   NightSurface surface_;
 };
 
-Expected<std::vector<SelfTestCheck>> SurfaceNight::check() const {
+Expected<std::vector<SelfTestCheck>> SurfaceKind::check() const {
   for (const Eigen::Vector2d& corner_mm : {surface_.low_mm, surface_.high_mm}) {
     if (is_in_travel(*config_, position_mm<frame::Machine>(corner_mm))) continue;
     return failure({Code::ConfigValue,
@@ -114,7 +115,7 @@ Expected<std::vector<SelfTestCheck>> SurfaceNight::check() const {
   return std::vector<SelfTestCheck>{};
 }
 
-NightlyConfig SurfaceNight::held_to(const NightlyConfig& nightly) const {
+NightlyConfig SurfaceKind::held_to(const NightlyConfig& nightly) const {
   NightlyConfig out = nightly;
   out.limits.sigma = surface_.sigma.in_mm();
   // Of all figures together; each by itself, and each place, has its own gate.
@@ -125,10 +126,10 @@ NightlyConfig SurfaceNight::held_to(const NightlyConfig& nightly) const {
   return out;
 }
 
-NightGate SurfaceNight::limit(std::string_view what,
-                              double value_mm,
-                              Length limit,
-                              const std::string& how_sure) const {
+NightGate SurfaceKind::limit(std::string_view what,
+                             double value_mm,
+                             Length limit,
+                             const std::string& how_sure) const {
   return {"change",
           std::abs(value_mm) <= limit.in_mm(),
           fmt::format("{} by {}, {}; limit {}",
@@ -138,7 +139,7 @@ NightGate SurfaceNight::limit(std::string_view what,
                       amount(limit.in_mm(), unit()))};
 }
 
-std::vector<NightGate> SurfaceNight::gates_of(const SurfaceChange& change) const {
+std::vector<NightGate> SurfaceKind::gates_of(const SurfaceChange& change) const {
   const MapDifference& d = change.difference;
   std::vector<NightGate> gates = {
       limit("against the map in force the middle has moved",
@@ -170,14 +171,13 @@ std::vector<NightGate> SurfaceNight::gates_of(const SurfaceChange& change) const
   return gates;
 }
 
-std::vector<NightGate> SurfaceNight::gates_of(
+std::vector<NightGate> SurfaceKind::gates_of(
     const SurfaceRun& run, const std::optional<Expected<SurfaceChange>>& change) const {
-  const double sigma_mm = largest_sigma(run.stored.map, run.figures.area).in_mm();
-  std::vector<NightGate> gates = {{"map",
-                                   sigma_mm <= surface_.sigma.in_mm(),
-                                   fmt::format("sigma of the map is up to {}, limit {}",
-                                               amount(sigma_mm, unit()),
-                                               amount(surface_.sigma.in_mm(), unit()))}};
+  std::vector<NightGate> gates = {
+      internal::limit_gate("map",
+                           largest_sigma(run.stored.map, run.figures.area).in_mm(),
+                           surface_.sigma.in_mm(),
+                           "sigma of the map is up to {}, limit {}")};
   if (!change) return gates;
   if (*change) {
     std::ranges::move(gates_of(**change), std::back_inserter(gates));
@@ -189,7 +189,7 @@ std::vector<NightGate> SurfaceNight::gates_of(
   return gates;
 }
 
-Expected<NightMeasurement> SurfaceNight::measure(const CalibrationDevices& devices,
+Expected<CalibrationResult> SurfaceKind::measure(const CalibrationDevices& devices,
                                                  const RecordWords& words) {
   if (devices.probe == nullptr) {
     return failure({Code::NotSupported,
@@ -206,7 +206,7 @@ Expected<NightMeasurement> SurfaceNight::measure(const CalibrationDevices& devic
   }
   const std::optional<SurfaceChange> known =
       change && *change ? std::optional(**change) : std::nullopt;
-  NightMeasurement out;
+  CalibrationResult out;
   PANELCAL_TRY(out.draft, surface_draft(*config_, run.stored, run.figures, known, words));
   const LedgerValues found = value_of_figures(run.figures);
   out.result.point.value = found.value;
@@ -230,19 +230,21 @@ Expected<NightMeasurement> SurfaceNight::measure(const CalibrationDevices& devic
 
 }  // namespace
 
+std::unique_ptr<Calibration> surface_kind(std::shared_ptr<MachineConfig> config,
+                                          const NightlyConfig& nightly) {
+  return std::make_unique<SurfaceKind>(std::move(config), nightly);
+}
+
 namespace internal {
 
-Expected<std::unique_ptr<NightCalibration>> surface_night(std::shared_ptr<MachineConfig> config,
-                                                          const NightlyConfig& nightly) {
-  const auto missing = [&](std::string_view what, std::string expected) {
-    return failure({Code::ConfigValue,
-                    nightly.place,
-                    fmt::format("[nightly] probes the surface, and {}", what),
-                    std::move(expected)});
-  };
-  if (nightly.surface.file.empty())
+Expected<Calibrations> surface_calibrations(LedgerKind /*kind*/,
+                                            const std::shared_ptr<MachineConfig>& config,
+                                            const NightlyConfig& nightly) {
+  const Missing missing = {nightly, "[nightly] probes the surface, and "};
+  if (nightly.surface.file.empty()) {
     return missing("[nightly] calibrates the surface, and [nightly.surface] is missing",
                    "[nightly.surface]");
+  }
   if (nightly.is_simulated && !(config->sim && config->sim->table_surface)) {
     return missing("the virtual machine has no table to probe", "[sim.table_surface]");
   }
@@ -250,7 +252,7 @@ Expected<std::unique_ptr<NightCalibration>> surface_night(std::shared_ptr<Machin
     return missing("this machine has no probe",
                    "[machine] probe_command = [\"PROGRAM\", \"{x}\", \"{y}\"]");
   }
-  return std::make_unique<SurfaceNight>(std::move(config), nightly);
+  return only_calibration(surface_kind(config, nightly));
 }
 
 }  // namespace internal

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "machine/calibrate/place_record.h"
+#include "machine/calibrate/kinds/trials.h"
 
 #include <algorithm>
 #include <array>
@@ -15,25 +15,21 @@
 namespace panelcal {
 namespace {
 
-/// Names of a kind of trial in the ledger and in machine.toml.
-struct TrialWords {
-  LedgerKind kind;
-  std::string_view subject;
-  std::string_view parameter;
-  std::string_view unit;
-  std::string_view table;
-  std::string_view key;
-};
+using internal::trial_of;
+using internal::trial_tolerance;
+using internal::TrialRow;
 
-/// In the order of TrialKind.
-constexpr std::array<TrialWords, 3> kTrials = {{
-    {LedgerKind::Focus, "camera", "height", "mm", "camera", "focus_mm"},
-    {LedgerKind::Light, "camera", "level", "level", "camera", "lamp"},
-    {LedgerKind::Settle, "stage", "wait", "s", "machine", "settle_s"},
+constexpr std::array<TrialRow, 3> kTrials = {{
+    {LedgerKind::Focus, "focus", "camera", "height", "mm", "camera", "focus_mm"},
+    {LedgerKind::Light, "light", "camera", "level", "level", "camera", "lamp"},
+    {LedgerKind::Settle, "settle time", "stage", "wait", "s", "machine", "settle_s"},
 }};
 
-const TrialWords& kind_words(TrialKind kind) {
-  return kTrials[static_cast<std::size_t>(kind)];
+/// The value in machine.toml now.
+std::optional<double> stated_number(const MachineConfig& config, LedgerKind kind) {
+  if (kind == LedgerKind::Settle) return config.settle.in_s();
+  if (kind == LedgerKind::Light) return config.vision.lamp;
+  return config.vision.focus ? std::optional(config.vision.focus->in_mm()) : std::nullopt;
 }
 
 std::string place_json_text(const nlohmann::ordered_json& json, int indent = -1) {
@@ -57,16 +53,20 @@ double up_to_ms(double time_s) {
   return std::ceil(time_s * 1e3) * 1e-3;
 }
 
-bool keeps_to(const MachineConfig& config, TrialKind kind, const TrialNumber& number) {
-  const std::optional<double> stated = stated_number(config, kind);
+bool keeps_to(const MachineConfig& config, const TrialRow& trial, const TrialNumber& number) {
+  const std::optional<double> stated = stated_number(config, trial.kind);
   if (!stated) return false;
   // A longer wait costs time and nothing else; the two sigmas are there to be used up.
-  if (kind == TrialKind::Settle) return *stated >= number.value;
+  if (trial.kind == LedgerKind::Settle) return *stated >= number.value;
   const NightTrials trials = config.nightly ? config.nightly->trials : NightTrials();
-  return std::abs(*stated - number.value) <= trial_tolerance(trials, kind);
+  return std::abs(*stated - number.value) <= trial_tolerance(trials, trial.kind);
 }
 
 }  // namespace
+
+const internal::TrialRow& internal::trial_of(LedgerKind kind) {
+  return *std::ranges::find(kTrials, kind, &TrialRow::kind);
+}
 
 TrialValue trial_value(const FocusResult& result) {
   nlohmann::ordered_json json;
@@ -81,7 +81,7 @@ TrialValue trial_value(const FocusResult& result) {
   for (const auto& sample : result.curve) {
     json["curve"].push_back({sample.z.in_mm(), sample.sharpness});
   }
-  TrialValue out = {TrialKind::Focus, {}, 0, result.reason, place_json_text(json)};
+  TrialValue out = {LedgerKind::Focus, {}, 0, result.reason, place_json_text(json)};
   if (!result.is_found) return out;
   out.value = result.z.in_mm();
   out.sigma = result.sigma.in_mm();
@@ -89,7 +89,7 @@ TrialValue trial_value(const FocusResult& result) {
 }
 
 TrialValue trial_value(const LightRun& run) {
-  TrialValue out = {TrialKind::Light, {}, 0, run.reason, {}};
+  TrialValue out = {LedgerKind::Light, {}, 0, run.reason, {}};
   nlohmann::ordered_json json;
   json["found"] = run.best.has_value();
   if (run.best) {
@@ -113,7 +113,7 @@ TrialValue trial_value(const LightRun& run) {
 }
 
 TrialValue trial_value(const SettleRun& run) {
-  TrialValue out = {TrialKind::Settle, {}, 0, run.reason, {}};
+  TrialValue out = {LedgerKind::Settle, {}, 0, run.reason, {}};
   nlohmann::ordered_json json;
   json["found"] = run.settle.has_value();
   if (run.settle) {
@@ -139,31 +139,18 @@ TrialValue trial_value(const SettleRun& run) {
   return out;
 }
 
-LedgerKey trial_key(const MachineConfig& config, TrialKind kind) {
-  return {machine_name(config), kind_words(kind).kind, std::string(kind_words(kind).subject)};
-}
-
-std::string trial_parameter(TrialKind kind) {
-  return std::string(kind_words(kind).parameter);
-}
-
-std::string trial_unit(TrialKind kind) {
-  return std::string(kind_words(kind).unit);
+LedgerKey trial_key(const MachineConfig& config, LedgerKind kind) {
+  return {machine_name(config), kind, std::string(trial_of(kind).subject)};
 }
 
 Expected<LedgerDraft> trial_draft(const MachineConfig& config,
                                   const TrialPlace& place,
                                   const TrialValue& found,
                                   const RecordWords& words) {
-  const TrialWords& trial = kind_words(found.kind);
-  LedgerDraft draft;
+  const TrialRow& trial = trial_of(found.kind);
+  PANELCAL_TRY(LedgerDraft draft, draft_of(config, trial_key(config, found.kind), words));
   LedgerRecord& record = draft.record;
-  record = record_of(trial_key(config, found.kind), words);
-  for (const std::filesystem::path& file : {config.file, config.camera_file}) {
-    if (file.empty()) continue;
-    PANELCAL_TRY(LedgerInput input, input_of(file));
-    record.inputs.push_back(std::move(input));
-  }
+  PANELCAL_CHECK(add_inputs({config.camera_file}, record.inputs));
   if (found.value) {
     record.parameters = {{std::string(trial.parameter), *found.value, std::string(trial.unit)}};
     record.covariance = Eigen::MatrixXd::Constant(1, 1, found.sigma * found.sigma);
@@ -184,7 +171,7 @@ Expected<LedgerDraft> trial_draft(const MachineConfig& config,
 }
 
 std::optional<TrialNumber> trial_number(const LedgerEntry& entry) {
-  const auto trial = std::ranges::find(kTrials, entry.record.key.kind, &TrialWords::kind);
+  const auto trial = std::ranges::find(kTrials, entry.record.key.kind, &TrialRow::kind);
   if (trial == kTrials.end()) return std::nullopt;
   const std::string_view name = trial->parameter;
   const auto found = values_of(entry.record, {&name, 1});
@@ -193,36 +180,18 @@ std::optional<TrialNumber> trial_number(const LedgerEntry& entry) {
   return TrialNumber{found->value[0], std::sqrt(found->cov(0, 0))};
 }
 
-double trial_tolerance(const NightTrials& trials, TrialKind kind) {
-  switch (kind) {
-    case TrialKind::Focus:
-      return trials.focus_tolerance.in_mm();
-    case TrialKind::Light:
-      // Luck decides which of two levels side by side is the better one.
-      return 2 * trials.lamp_step();
-    case TrialKind::Settle:
-      break;
-  }
+double internal::trial_tolerance(const NightTrials& trials, LedgerKind kind) {
+  if (kind == LedgerKind::Focus) return trials.focus_tolerance.in_mm();
+  // Luck decides which of two levels side by side is the better one.
+  if (kind == LedgerKind::Light) return 2 * trials.lamp_step();
   return trials.settle_tolerance.in_s();
 }
 
-std::optional<double> stated_number(const MachineConfig& config, TrialKind kind) {
-  switch (kind) {
-    case TrialKind::Focus:
-      return config.vision.focus ? std::optional(config.vision.focus->in_mm()) : std::nullopt;
-    case TrialKind::Light:
-      return config.vision.lamp;
-    case TrialKind::Settle:
-      break;
-  }
-  return config.settle.in_s();
-}
-
-std::string stated_line(TrialKind kind, const TrialNumber& number) {
-  const TrialWords& trial = kind_words(kind);
+std::string stated_line(LedgerKind kind, const TrialNumber& number) {
+  const TrialRow& trial = trial_of(kind);
   std::string value = fmt::format("{:g}", number.value);
-  if (kind == TrialKind::Focus) value = fmt::format("{:.3f}", number.value);
-  if (kind == TrialKind::Settle) {
+  if (kind == LedgerKind::Focus) value = fmt::format("{:.3f}", number.value);
+  if (kind == LedgerKind::Settle) {
     value = fmt::format("{:.3f}", up_to_ms(number.value + 2 * number.sigma));
   }
   return fmt::format("[{}] {} = {}", trial.table, trial.key, value);
@@ -230,19 +199,19 @@ std::string stated_line(TrialKind kind, const TrialNumber& number) {
 
 Expected<std::string> stated_otherwise(const MachineConfig& config,
                                        const Ledger& ledger,
-                                       TrialKind kind) {
+                                       LedgerKind kind) {
   PANELCAL_TRY(const std::optional<LedgerEntry> in_force, ledger.in_force(trial_key(config, kind)));
   const auto number = in_force ? trial_number(*in_force) : std::nullopt;
-  if (!number || keeps_to(config, kind, *number)) return std::string();
-  const TrialWords& trial = kind_words(kind);
-  const std::optional<double> stated = stated_number(config, kind);
+  const TrialRow& trial = trial_of(kind);
+  if (!number || keeps_to(config, trial, *number)) return std::string();
+  const std::optional<double> stated = stated_number(config, trial.kind);
   return fmt::format(
       "machine.toml says {}, and entry {} of the ledger, in force since {}, {} {}: "
       "write {}; or, if machine.toml is newer, calibrate {} --install",
       stated ? fmt::format("{} = {:g}", trial.key, *stated) : fmt::format("no {}", trial.key),
       in_force->id,
       iso_8601(in_force->time),
-      kind == TrialKind::Settle ? "waits at least" : "says",
+      kind == LedgerKind::Settle ? "waits at least" : "says",
       fmt::format("{:.4g} +- {:.2g} {}", number->value, number->sigma, trial.unit),
       stated_line(kind, *number),
       word(trial.kind));

@@ -4,13 +4,11 @@
 #include <string_view>
 #include <utility>
 
-#include "calib/base/files/atomic_file.h"
 #include "calib/camera/calibration/calibration_file.h"
-#include "calib/drift/amount.h"
 #include "machine/calibrate/camera/run.h"
+#include "machine/calibrate/kinds/kinds.h"
+#include "machine/calibrate/kinds/parts.h"
 #include "machine/devices/cameras/camera_settings.h"
-#include "machine/nightly/calibrations/file_night.h"
-#include "machine/nightly/calibrations/night_calibrations.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -32,22 +30,17 @@ LedgerValues picture_corner(double radius_px,
   return {value, by_parameters * cov * by_parameters.transpose()};
 }
 
-double half_diagonal_px(const CameraCalibration& camera) {
-  return 0.5 * std::hypot(camera.picture_width_px, camera.picture_height_px);
-}
-
 /// The camera as it stands, or at a zoom level.
-class CameraNight final : public internal::FileNight {
+class CameraKind final : public Calibration {
  public:
-  CameraNight(std::shared_ptr<MachineConfig> config,
-              const NightlyConfig& nightly,
-              const std::optional<double>& zoom)
+  CameraKind(std::shared_ptr<MachineConfig> config,
+             const NightlyConfig& nightly,
+             const std::optional<double>& zoom)
       : config_(std::move(config)),
         zoom_(zoom),
-        mark_(*nightly.mark),
+        mark_(nightly.mark.value_or(Position<frame::Machine>())),
         tool_(nightly.mark_tool),
-        limits_(nightly.limits),
-        radius_px_(half_diagonal_px(camera())) {}
+        limits_(nightly.limits) {}
 
   LedgerKey key() const override { return camera_key(*config_, zoom_); }
   std::vector<std::string> axes() const override { return {"corner radius", "corner turn"}; }
@@ -56,7 +49,7 @@ class CameraNight final : public internal::FileNight {
   }
   std::optional<Eigen::VectorXd> present() const override {
     const CameraModel::Parameters parameters = camera().model().parameters();
-    return picture_corner(radius_px_,
+    return picture_corner(radius_px(),
                           parameters.scale_mm_per_px,
                           parameters.rotation_rad,
                           Eigen::Matrix2d::Zero())
@@ -64,18 +57,23 @@ class CameraNight final : public internal::FileNight {
   }
   int n_qualities() const override { return 1; }
   std::optional<LedgerValues> value_of(const LedgerEntry& entry) const override;
-  Expected<NightMeasurement> measure(const CalibrationDevices& devices,
-                                     const RecordWords& words) override;
-  Expected<bool> install(const Ledger& ledger) override;
+  Expected<CalibrationResult> measure(const CalibrationDevices& devices,
+                                      const RecordWords& words) override;
+  Expected<std::chrono::sys_seconds> date_of(const std::string& bytes,
+                                             const std::string& name) const override {
+    return internal::date_by(parse_camera_calibration, bytes, name);
+  }
 
  protected:
   std::string_view thing() const override { return "a camera"; }
-  std::optional<std::chrono::sys_seconds> date_of(const std::string& bytes) const override {
-    return internal::date_by(parse_camera_calibration, bytes);
-  }
+  Expected<void> begin_there(const Ledger& ledger) override;
 
  private:
   const CameraCalibration& camera() const { return *camera_at(*config_, zoom_); }
+  /// Half of the picture's diagonal.
+  double radius_px() const {
+    return 0.5 * std::hypot(camera().picture_width_px, camera().picture_height_px);
+  }
   std::vector<NightGate> gates_of(const CameraRun& run) const;
 
   std::shared_ptr<MachineConfig> config_;
@@ -83,14 +81,13 @@ class CameraNight final : public internal::FileNight {
   Position<frame::Machine> mark_;
   int tool_;
   NightLimits limits_;
-  double radius_px_;
 };
 
-std::optional<LedgerValues> CameraNight::value_of(const LedgerEntry& entry) const {
+std::optional<LedgerValues> CameraKind::value_of(const LedgerEntry& entry) const {
   constexpr std::array<std::string_view, 2> kNames = {"scale", "rotation"};
   const auto found = values_of(entry.record, kNames);
   if (!found) return std::nullopt;
-  return picture_corner(radius_px_, found->value[0], found->value[1], found->cov);
+  return picture_corner(radius_px(), found->value[0], found->value[1], found->cov);
 }
 
 /// By how much the two see the farthest corner elsewhere, tilt and lens included.
@@ -120,26 +117,22 @@ std::string_view advice_for_corners(const CameraRun& run, double sigma_mm, doubl
 }
 
 /// Of the whole camera; its axes are scale and rotation only.
-std::vector<NightGate> CameraNight::gates_of(const CameraRun& run) const {
+std::vector<NightGate> CameraKind::gates_of(const CameraRun& run) const {
   const double sigma_mm = um(run.corner_sigma_um).in_mm();
-  const double moved_mm = corners_moved_mm(camera(), run.calibration);
-  const std::string why = refusal(run);
-  return {
-      {"corners",
-       sigma_mm <= limits_.sigma,
-       fmt::format("sigma at the picture's corners is {}, limit {}{}",
-                   amount(sigma_mm, unit()),
-                   amount(limits_.sigma, unit()),
-                   advice_for_corners(run, sigma_mm, limits_.sigma))},
-      {"views", why.empty(), why.empty() ? "the views fit the camera" : why},
-      {"change",
-       moved_mm <= limits_.change,
-       fmt::format("a corner of the picture is {} from where the camera in force has it, limit {}",
-                   amount(moved_mm, unit()),
-                   amount(limits_.change, unit()))}};
+  std::vector<NightGate> gates = {
+      internal::limit_gate(
+          "corners", sigma_mm, limits_.sigma, "sigma at the picture's corners is {}, limit {}"),
+      internal::reason_gate("views", refusal(run), "the views fit the camera"),
+      internal::limit_gate("change",
+                           corners_moved_mm(camera(), run.calibration),
+                           limits_.change,
+                           "a corner of the picture is {} from where the camera in force has it, "
+                           "limit {}")};
+  gates.front().text += advice_for_corners(run, sigma_mm, limits_.sigma);
+  return gates;
 }
 
-Expected<NightMeasurement> CameraNight::measure(const CalibrationDevices& devices,
+Expected<CalibrationResult> CameraKind::measure(const CalibrationDevices& devices,
                                                 const RecordWords& words) {
   CameraRunOptions options;
   options.views.tool = tool_;
@@ -151,10 +144,10 @@ Expected<NightMeasurement> CameraNight::measure(const CalibrationDevices& device
   }
   if (!made) return failure(std::move(made).error());
   const CameraRun run = *std::move(made);
-  NightMeasurement out;
+  CalibrationResult out;
   PANELCAL_TRY(out.draft, camera_draft(*config_, run, words));
   const auto& parameters = run.fit.parameters;
-  const LedgerValues found = picture_corner(radius_px_,
+  const LedgerValues found = picture_corner(radius_px(),
                                             parameters.scale_mm_per_px,
                                             parameters.rotation_rad,
                                             run.fit.covariance.topLeftCorner<2, 2>());
@@ -164,59 +157,56 @@ Expected<NightMeasurement> CameraNight::measure(const CalibrationDevices& device
   out.result.used = "views";
   out.result.n_used = static_cast<int>(n_seen);
   out.result.n_outliers = static_cast<int>(run.sights.missed.size());
-  if (run.fit.degrees_of_freedom > 0) {
-    const double squares = run.fit.rms_px * run.fit.rms_px * static_cast<double>(n_seen);
-    const auto degrees = static_cast<double>(run.fit.degrees_of_freedom);
-    out.spreads = {{"views about the camera's fit", "px", squares / degrees, degrees}};
-  }
+  const double degrees = run.fit.degrees_of_freedom;
+  out.spreads = internal::fit_spread(
+      {"views about the camera's fit", "px", 0, degrees}, run.fit.rms_px, n_seen);
   out.result.further = gates_of(run);
   out.report = internal::lines_of(report(run));
   return out;
 }
 
-Expected<bool> CameraNight::install(const Ledger& ledger) {
+Expected<void> CameraKind::begin_there(const Ledger& ledger) {
   PANELCAL_TRY(const std::optional<std::string> text, text_in_force(ledger));
-  if (!text) return false;
+  if (!text) return {};
   PANELCAL_TRY(CameraCalibration camera, parse_camera_calibration(*text, file().string()));
-  PANELCAL_TRY(const bool is_written, FileNight::install(ledger));
   if (zoom_) {
     config_->zooms[*zoom_] = std::move(camera);
   } else {
     config_->camera = std::move(camera);
   }
-  return is_written;
+  return {};
 }
 
 }  // namespace
 
-namespace internal {
-
-std::vector<double> zooms_of_nights(const MachineConfig& config) {
-  std::vector<double> out;
-  const std::optional<double> usual = usual_zoom(config);
-  for (const auto& [level, file] : config.zoom_files) {
-    if (level != usual) out.push_back(level);
-  }
-  return out;
+std::unique_ptr<Calibration> camera_kind(std::shared_ptr<MachineConfig> config,
+                                         const NightlyConfig& nightly,
+                                         const std::optional<double>& zoom) {
+  return std::make_unique<CameraKind>(std::move(config), nightly, zoom);
 }
 
-Expected<std::unique_ptr<NightCalibration>> camera_night(std::shared_ptr<MachineConfig> config,
-                                                         const NightlyConfig& nightly,
-                                                         const std::optional<double>& zoom) {
-  const auto missing = [&](std::string what, std::string expected) {
-    return failure({Code::ConfigValue, nightly.place, std::move(what), std::move(expected)});
-  };
-  const std::string needs = "[nightly] calibrates the camera, and ";
-  if (!config->camera) return missing(needs + "[camera] is missing", "[camera] calibration");
-  if (!nightly.mark) return missing(needs + "there is no mark to see", "mark_mm = [x, y]");
+namespace internal {
+
+Expected<Calibrations> camera_calibrations(LedgerKind /*kind*/,
+                                           const std::shared_ptr<MachineConfig>& config,
+                                           const NightlyConfig& nightly) {
+  const Missing missing = {nightly, "[nightly] calibrates the camera, and "};
+  if (!config->camera) return missing("[camera] is missing", "[camera] calibration");
+  if (!nightly.mark) return missing("there is no mark to see", "mark_mm = [x, y]");
   if (!config->vision_tools.contains(nightly.mark_tool)) {
-    return missing(needs + "the mark's vision tool is not defined", "a [[vision.tool]]");
+    return missing("the mark's vision tool is not defined", "a [[vision.tool]]");
   }
-  if (zoom && !usual_zoom(*config)) {
-    return missing(needs + "the zoom to go back to is missing",
-                   "a [[camera.zoom]] that names the file of [camera] calibration as well");
+  Calibrations all = only_calibration(camera_kind(config, nightly, std::nullopt));
+  const std::optional<double> usual = usual_zoom(*config);
+  for (const auto& [level, file] : config->zoom_files) {
+    if (level == usual) continue;
+    if (!usual) {
+      return missing("the zoom to go back to is missing",
+                     "a [[camera.zoom]] that names the file of [camera] calibration as well");
+    }
+    all.push_back(camera_kind(config, nightly, level));
   }
-  return std::make_unique<CameraNight>(std::move(config), nightly, zoom);
+  return all;
 }
 
 }  // namespace internal

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "calib/camera/calibration/calibration_file.h"
-#include "machine/calibrate/calibration_record.h"
-#include "machine/nightly/calibrations/night_calibrations.h"
+#include "machine/calibrate/kinds/kinds.h"
+#include "machine/calibrate/kinds/spindle_camera.h"
 #include "machine/nightly/record/night_history.h"
 #include <gmock/gmock.h>
 

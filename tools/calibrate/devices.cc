@@ -1,24 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/calibrate/place.h"
+#include "tools/calibrate/devices.h"
 
 #include <cmath>
 #include <utility>
 
+#include "calib/base/interruption.h"
 #include "machine/devices/cameras/camera_settings.h"
 #include "machine/devices/table_stage.h"
-#include "tools/calibrate/calibrate.h"
+#include "tools/calibrate/session.h"
 
 namespace panelcal::calibrate {
+
+Expected<DeviceSet> open_devices(const CalibrateOptions& options, const MachineConfig& config) {
+  if (options.machine_driver == "sim") return DeviceSet::simulated(config);
+  if (!options.camera.empty()) {
+    heed_interruptions();
+    return DeviceSet::live(config, options.camera);
+  }
+  return failure(usage("there is no SOURCE to calibrate with", "--camera or --machine-driver"));
+}
 
 Expected<PlaceDevices> PlaceDevices::open(const CalibrateOptions& options,
                                           const MachineConfig& config) {
   PlaceDevices out;
   const auto& at_mm = options.at_mm;
   if (at_mm.size() != 2 || !std::isfinite(at_mm[0]) || !std::isfinite(at_mm[1])) {
-    return failure({Code::Usage,
-                    {"panelcal calibrate", 0, 0},
-                    "there is no place of a mark to drive to",
-                    "--at X,Y"});
+    return failure(usage("there is no place of a mark to drive to", "--at X,Y"));
   }
   out.place_ = position_mm<frame::Machine>(at_mm[0], at_mm[1]);
   if (options.machine_driver != "sim") {

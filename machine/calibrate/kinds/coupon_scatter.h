@@ -3,8 +3,8 @@
 
 #include <vector>
 
+#include "machine/calibrate/calibration.h"
 #include "machine/calibrate/spindle/camera_run.h"
-#include "machine/nightly/record/night_calibration.h"
 
 namespace panelcal {
 

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "calib/base/files/atomic_file.h"
-#include "machine/calibrate/place_record.h"
-#include "machine/nightly/calibrations/night_calibrations.h"
+#include "machine/calibrate/kinds/kinds.h"
+#include "machine/calibrate/kinds/trials.h"
 #include "machine/nightly/nightly.h"
 #include "machine/sim/sim_plate.h"
 #include <fmt/format.h>
@@ -141,7 +141,7 @@ focus_depth_mm = 0.2
   }
   void next_night() { now_ += std::chrono::days(1); }
 
-  std::optional<LedgerEntry> in_force(TrialKind kind) const {
+  std::optional<LedgerEntry> in_force(LedgerKind kind) const {
     const auto config = this->config();
     if (!config) return std::nullopt;
     const auto ledger = Ledger::open_to_read(folder_.path() / "drill.ledger");
@@ -169,7 +169,7 @@ TEST_F(TrialNights, FocusIsMeasuredRecordedAndTheAxisGoesBack) {
   EXPECT_TRUE(step.file.empty());
   // The value in machine.toml is an operator's estimate.
   EXPECT_FALSE(step.axes[0].old_value);
-  const auto entry = in_force(TrialKind::Focus);
+  const auto entry = in_force(LedgerKind::Focus);
   ASSERT_TRUE(entry);
   const auto number = trial_number(*entry);
   ASSERT_TRUE(number);
@@ -207,7 +207,7 @@ TEST_F(TrialNights, AFocusThatJumpsIsNotTakenOver) {
   const NightRecord record = run();
   EXPECT_EQ(record.steps.at(0).state, NightState::Held) << record.verdict;
   EXPECT_THAT(record.verdict, HasSubstr("from the one in force, limit 500.0 um"));
-  EXPECT_EQ(in_force(TrialKind::Focus)->id, 2);
+  EXPECT_EQ(in_force(LedgerKind::Focus)->id, 2);
   EXPECT_EQ(left_focus_mm_, 0.1);
 }
 
@@ -244,7 +244,7 @@ TEST_F(TrialNights, WithoutAPeakNothingIsRecordedAsInForceAndTheAxisGoesBack) {
   EXPECT_NE(record.steps.at(0).state, NightState::Installed);
   EXPECT_TRUE(record.steps.at(0).problem);
   EXPECT_NE(exit_code(record), 0);
-  EXPECT_EQ(in_force(TrialKind::Focus)->id, 2);
+  EXPECT_EQ(in_force(LedgerKind::Focus)->id, 2);
   EXPECT_EQ(left_focus_mm_, 0);
 }
 
@@ -255,14 +255,14 @@ TEST_F(TrialNights, TheAxisGoesBackThoughTheCameraFails) {
   EXPECT_EQ(exit_code(record), 3);
   EXPECT_EQ(record.steps.at(0).state, NightState::Failed);
   EXPECT_EQ(left_focus_mm_, 0.1);
-  EXPECT_FALSE(in_force(TrialKind::Focus));
+  EXPECT_FALSE(in_force(LedgerKind::Focus));
 }
 
 TEST_F(TrialNights, LampLevelsAreMeasuredAndTheLampGoesBack) {
   calibrate = "\"light\"";
   const NightRecord record = run();
   EXPECT_EQ(exit_code(record), 0) << record.verdict;
-  const auto entry = in_force(TrialKind::Light);
+  const auto entry = in_force(LedgerKind::Light);
   ASSERT_TRUE(entry);
   // The disc clips at 50 / 0.7 = 71.4; of 10, 20, ... 100 that leaves 70 without the noise, 60
   // with.
@@ -284,7 +284,7 @@ TEST_F(TrialNights, SettleTimesAreMeasuredAndATooShortOneIsSaid) {
   settle_s = 3;
   NightRecord record = run();
   EXPECT_EQ(exit_code(record), 0) << record.verdict;
-  const auto entry = in_force(TrialKind::Settle);
+  const auto entry = in_force(LedgerKind::Settle);
   ASSERT_TRUE(entry) << record.verdict;
   const auto number = trial_number(*entry);
   // 40 um exp(-t / 0.06 s) = 1 um.
@@ -305,7 +305,7 @@ TEST_F(TrialNights, AWaitThatIsTooShortIsNotWhatTheRestOfTheNightWaits) {
   settle_s = 0.1;
   NightRecord record = run();
   ASSERT_EQ(record.steps.at(1).kind, "camera");
-  const auto number = trial_number(*in_force(TrialKind::Settle));
+  const auto number = trial_number(*in_force(LedgerKind::Settle));
   ASSERT_TRUE(number);
   const Time needed = seconds(number->value + 2 * number->sigma);
   EXPECT_GE(waits_.back(), needed);
@@ -325,7 +325,7 @@ TEST_F(TrialNights, AStageWithoutAnyMotionIsMeasuredToHalfTheShortestDelay) {
   focus_z_mm = 0.1;
   const NightRecord record = run();
   EXPECT_EQ(record.steps.at(0).state, NightState::Installed) << record.verdict;
-  const auto number = trial_number(*in_force(TrialKind::Settle));
+  const auto number = trial_number(*in_force(LedgerKind::Settle));
   ASSERT_TRUE(number);
   EXPECT_EQ(number->value, 0);
   // Twelve delays up to 1 s, the shortest after the first is 1 s / 11^2; those of the rounds behind
@@ -339,7 +339,7 @@ TEST_F(TrialNights, WhatMayExplainBadPicturesIsMeasuredButNotInstalled) {
   nightly_lines = "[nightly.drift]\nmin_nights = 6\n[nightly.settle]\nlongest_s = 0.6\n";
   focus_z_mm = 0.1;
   for (int night = 0; night < 8; ++night, next_night()) ASSERT_EQ(exit_code(run()), 0);
-  const auto before = in_force(TrialKind::Focus);
+  const auto before = in_force(LedgerKind::Focus);
   // The lens was turned: blurred twice as much.
   focus_z_mm = 0.45;
   const NightRecord record = run();
@@ -353,7 +353,7 @@ TEST_F(TrialNights, WhatMayExplainBadPicturesIsMeasuredButNotInstalled) {
   EXPECT_TRUE(record.steps.at(1).axes.at(0).new_value);
   // A value that only suffers from it is not measured.
   EXPECT_FALSE(record.steps.at(2).axes.at(0).new_value);
-  EXPECT_EQ(in_force(TrialKind::Focus)->id, before->id);
+  EXPECT_EQ(in_force(LedgerKind::Focus)->id, before->id);
 }
 
 TEST_F(TrialNights, ComeInTheirOrderWhateverTheListSays) {
@@ -363,7 +363,7 @@ TEST_F(TrialNights, ComeInTheirOrderWhateverTheListSays) {
   const auto all = NightCalibrations::make(*config, *config->nightly);
   ASSERT_TRUE(all) << all.error().text();
   std::vector<std::string> units;
-  for (const NightCalibration* one : all->all()) units.push_back(one->unit());
+  for (const Calibration* one : all->all()) units.push_back(one->unit());
   EXPECT_THAT(units, ElementsAre("mm", "level", "s"));
 }
 

@@ -7,12 +7,10 @@
 #include <utility>
 #include <vector>
 
-#include "calib/base/files/atomic_file.h"
-#include "calib/drift/amount.h"
 #include "calib/table/calibration_file.h"
+#include "machine/calibrate/kinds/kinds.h"
+#include "machine/calibrate/kinds/parts.h"
 #include "machine/calibrate/table/run.h"
-#include "machine/nightly/calibrations/file_night.h"
-#include "machine/nightly/calibrations/night_calibrations.h"
 #include "machine/plate/pictures.h"
 #include <Eigen/Geometry>
 #include <fmt/format.h>
@@ -28,6 +26,7 @@ constexpr int kCompared = 11;
 /// Place of the farthest dot, from the middle of the plate along the machine's axes.
 Eigen::Vector2d half_sides_mm(const CalibrationPlate& plate) {
   Eigen::AlignedBox2d box;
+  if (plate.poses.empty()) return Eigen::Vector2d::Zero();
   for (const PlateDot& dot : plate.dots()) {
     box.extend(place_in(plate.poses.front(), dot.place).in_mm());
   }
@@ -89,13 +88,13 @@ bool covers(const TableGrid& grid, const TableGrid& before) {
          (grid.high_mm.array() >= before.high_mm.array() - kSlack_mm).all();
 }
 
-class TableNight final : public internal::FileNight {
+class TableKind final : public Calibration {
  public:
   /// In     file: that is installed
-  TableNight(std::shared_ptr<MachineConfig> config,
-             const NightlyConfig& nightly,
-             CalibrationPlate plate,
-             std::filesystem::path file)
+  TableKind(std::shared_ptr<MachineConfig> config,
+            const NightlyConfig& nightly,
+            CalibrationPlate plate,
+            std::filesystem::path file)
       : config_(std::move(config)),
         plate_(std::move(plate)),
         file_(std::move(file)),
@@ -118,14 +117,15 @@ class TableNight final : public internal::FileNight {
     return out;
   }
   std::optional<LedgerValues> value_of(const LedgerEntry& entry) const override;
-  Expected<NightMeasurement> measure(const CalibrationDevices& devices,
-                                     const RecordWords& words) override;
+  Expected<CalibrationResult> measure(const CalibrationDevices& devices,
+                                      const RecordWords& words) override;
+  Expected<std::chrono::sys_seconds> date_of(const std::string& bytes,
+                                             const std::string& name) const override {
+    return internal::date_by(parse_table_calibration, bytes, name);
+  }
 
  protected:
   std::string_view thing() const override { return "a table"; }
-  std::optional<std::chrono::sys_seconds> date_of(const std::string& bytes) const override {
-    return internal::date_by(parse_table_calibration, bytes);
-  }
 
  private:
   Expected<TableRun> look(const CalibrationDevices& devices, int& n_missed) const;
@@ -139,29 +139,25 @@ class TableNight final : public internal::FileNight {
   Eigen::Vector2d half_mm_;
 };
 
-std::optional<LedgerValues> TableNight::value_of(const LedgerEntry& entry) const {
+std::optional<LedgerValues> TableKind::value_of(const LedgerEntry& entry) const {
   constexpr std::array<std::string_view, 3> kNames = {"scale_x", "scale_y", "squareness"};
   const auto found = values_of(entry.record, kNames);
   if (!found) return std::nullopt;
   return table_corner(half_mm_, found->value, found->cov);
 }
 
-Expected<TableRun> TableNight::look(const CalibrationDevices& devices, int& n_missed) const {
+Expected<TableRun> TableKind::look(const CalibrationDevices& devices, int& n_missed) const {
   PANELCAL_TRY(const MarkSights seen, look_at_plate(*config_, devices, plate_));
   n_missed = static_cast<int>(seen.missed.size());
   TableSights sights = table_sights(*config_, seen);
   PANELCAL_CHECK(take_back_correction(sights.data));
-  for (const std::filesystem::path& file : {config_->camera_file, plate_.file}) {
-    if (file.empty()) continue;
-    PANELCAL_TRY(LedgerInput input, input_of(file));
-    sights.inputs.push_back(std::move(input));
-  }
+  PANELCAL_CHECK(add_inputs({config_->camera_file, plate_.file}, sights.inputs));
   return calibrate_table(*config_, std::move(sights));
 }
 
 /// With a map in force the stage was sent to places; what the fit needs is what it was told, so
 /// that its map has the table's whole error and not what the other left.
-Expected<void> TableNight::take_back_correction(TableData& data) const {
+Expected<void> TableKind::take_back_correction(TableData& data) const {
   const auto& table = config_->walk.table;
   if (!table) return {};
   for (PlateView& view : data.views) {
@@ -173,43 +169,37 @@ Expected<void> TableNight::take_back_correction(TableData& data) const {
 }
 
 /// Of the whole map; its axes are what is affine.
-std::vector<NightGate> TableNight::gates_of(const TableRun& run) const {
-  const double sigma_mm = run.calibration.sigma.in_mm();
-  const std::string why = refusal(run);
+std::vector<NightGate> TableKind::gates_of(const TableRun& run) const {
+  using internal::limit_gate;
   std::vector<NightGate> gates = {
-      {"map",
-       sigma_mm <= limits_.sigma,
-       fmt::format("sigma of the map is {}, limit {}",
-                   amount(sigma_mm, unit()),
-                   amount(limits_.sigma, unit()))},
-      {"looks", why.empty(), why.empty() ? "the looks fit the map" : why}};
+      limit_gate(
+          "map", run.calibration.sigma.in_mm(), limits_.sigma, "sigma of the map is {}, limit {}"),
+      internal::reason_gate("looks", refusal(run), "the looks fit the map")};
   const auto before = read_table_calibration(file_);
   if (!before) return gates;
   const MapChange change =
       change_of(before->map, run.calibration.map, config_->spindle_camera.offset);
-  gates.push_back({"change",
-                   change.error_mm <= limits_.change,
-                   fmt::format("the map is up to {} from the one in force, limit {}",
-                               amount(change.error_mm, unit()),
-                               amount(limits_.change, unit()))});
+  gates.push_back(limit_gate("change",
+                             change.error_mm,
+                             limits_.change,
+                             "the map is up to {} from the one in force, limit {}"));
   gates.push_back({"extent",
                    covers(run.calibration.map.grid(), before->map.grid()),
                    "the map is to reach as far as the one in force"});
   if (!config_->walk.table) return gates;
-  gates.push_back({"offset",
-                   change.offset_mm <= limits_.sigma,
-                   fmt::format("with the map the spindle-camera offset would be up to {} wrong, "
-                               "limit {}",
-                               amount(change.offset_mm, unit()),
-                               amount(limits_.sigma, unit()))});
+  gates.push_back(
+      limit_gate("offset",
+                 change.offset_mm,
+                 limits_.sigma,
+                 "with the map the spindle-camera offset would be up to {} wrong, limit {}"));
   return gates;
 }
 
-Expected<NightMeasurement> TableNight::measure(const CalibrationDevices& devices,
+Expected<CalibrationResult> TableKind::measure(const CalibrationDevices& devices,
                                                const RecordWords& words) {
   int n_missed = 0;
   PANELCAL_TRY(const TableRun run, look(devices, n_missed));
-  NightMeasurement out;
+  CalibrationResult out;
   PANELCAL_TRY(out.draft, table_draft(*config_, run, words));
   const LedgerValues found = table_corner(half_mm_, run.fit.geometry);
   out.result.point.value = found.value;
@@ -217,13 +207,10 @@ Expected<NightMeasurement> TableNight::measure(const CalibrationDevices& devices
   out.result.used = "looks";
   out.result.n_used = static_cast<int>(run.sights.data.seen.size());
   out.result.n_outliers = n_missed + static_cast<int>(run.left_out.size());
-  if (run.fit.degrees_of_freedom > 0) {
-    const double squares = run.fit.rms_mm * run.fit.rms_mm * static_cast<double>(out.result.n_used);
-    out.spreads = {{"looks about the table's fit",
-                    "mm",
-                    squares / run.fit.degrees_of_freedom,
-                    run.fit.degrees_of_freedom}};
-  }
+  out.spreads =
+      internal::fit_spread({"looks about the table's fit", "mm", 0, run.fit.degrees_of_freedom},
+                           run.fit.rms_mm,
+                           run.sights.data.seen.size());
   out.result.further = gates_of(run);
   out.report = internal::lines_of(report(run));
   return out;
@@ -231,16 +218,19 @@ Expected<NightMeasurement> TableNight::measure(const CalibrationDevices& devices
 
 }  // namespace
 
+std::unique_ptr<Calibration> table_kind(std::shared_ptr<MachineConfig> config,
+                                        const NightlyConfig& nightly,
+                                        CalibrationPlate plate,
+                                        std::filesystem::path file) {
+  return std::make_unique<TableKind>(std::move(config), nightly, std::move(plate), std::move(file));
+}
+
 namespace internal {
 
-Expected<std::unique_ptr<NightCalibration>> table_night(std::shared_ptr<MachineConfig> config,
-                                                        const NightlyConfig& nightly) {
-  const auto missing = [&](std::string_view what, std::string expected) {
-    return failure({Code::ConfigValue,
-                    nightly.place,
-                    fmt::format("[nightly] calibrates the table, and {}", what),
-                    std::move(expected)});
-  };
+Expected<Calibrations> table_calibrations(LedgerKind /*kind*/,
+                                          const std::shared_ptr<MachineConfig>& config,
+                                          const NightlyConfig& nightly) {
+  const Missing missing = {nightly, "[nightly] calibrates the table, and "};
   if (nightly.is_simulated) {
     return missing("the virtual machine has no plate", "camera = \"URI\" of a real machine");
   }
@@ -253,16 +243,15 @@ Expected<std::unique_ptr<NightCalibration>> table_night(std::shared_ptr<MachineC
     return missing("the plate is not certified: in one pose its errors are the table's",
                    "certified = true");
   }
-  std::filesystem::path file = config->table_file;
-  if (file.empty()) file = nightly.table.file;
+  const std::filesystem::path& stated = nightly.table.file;
+  const std::filesystem::path& file = config->table_file.empty() ? stated : config->table_file;
   if (file.empty()) {
     return missing("nothing names its calibration", "[table] calibration, or [nightly.table] file");
   }
-  if (!nightly.table.file.empty() && nightly.table.file != file) {
+  if (!stated.empty() && stated != file) {
     return missing("[table] calibration is another file than [nightly.table] file", "one of them");
   }
-  return std::make_unique<TableNight>(
-      std::move(config), nightly, std::move(plate), std::move(file));
+  return only_calibration(table_kind(config, nightly, std::move(plate), file));
 }
 
 }  // namespace internal

@@ -1,18 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
-#include <string_view>
+#include <string>
 #include <utility>
+#include <vector>
 
-#include "machine/calibrate/place_record.h"
+#include "machine/calibrate/kinds/parts.h"
+#include "machine/calibrate/kinds/trials.h"
 #include "machine/devices/cameras/camera_settings.h"
 #include "machine/look/mark_sights.h"
 #include "machine/look/place_trials.h"
-#include "machine/nightly/calibrations/night_calibrations.h"
 #include <fmt/format.h>
 
 namespace panelcal {
 namespace {
+
+using internal::trial_of;
+using internal::TrialRow;
 
 Eigen::VectorXd only(double number) {
   return Eigen::VectorXd::Constant(1, number);
@@ -20,56 +24,53 @@ Eigen::VectorXd only(double number) {
 
 /// Focus, lamp level or settle time: one number of the mark, which no file has. To install it is to
 /// record it; machine.toml stays what a person writes, and the night says where the two disagree.
-class TrialNight final : public NightCalibration {
+class TrialKind final : public Calibration {
  public:
-  TrialNight(TrialKind kind, std::shared_ptr<MachineConfig> config, const NightlyConfig& nightly)
-      : kind_(kind),
+  TrialKind(LedgerKind kind, std::shared_ptr<MachineConfig> config, const NightlyConfig& nightly)
+      : trial_(trial_of(kind)),
         config_(std::move(config)),
-        place_{*nightly.mark, nightly.mark_tool},
+        place_{nightly.mark.value_or(Position<frame::Machine>()), nightly.mark_tool},
         mark_place_(nightly.mark_place),
         trials_(nightly.trials),
         stated_wait_(config_->settle) {}
 
-  LedgerKey key() const override { return trial_key(*config_, kind_); }
-  std::vector<std::string> axes() const override { return {trial_parameter(kind_)}; }
-  std::string unit() const override { return trial_unit(kind_); }
-  std::filesystem::path file() const override { return {}; }
-  // machine.toml has a bound (a wait) or an operator's guess, and no estimate: what was
-  // measured is only held against what was measured.
-  std::optional<Eigen::VectorXd> present() const override { return std::nullopt; }
+  LedgerKey key() const override { return trial_key(*config_, trial_.kind); }
+  std::vector<std::string> axes() const override { return {std::string(trial_.parameter)}; }
+  std::string unit() const override { return std::string(trial_.unit); }
+  // present() is absent: machine.toml has a bound (a wait) or an operator's guess, and no estimate.
+  // What was measured is only held against what was measured.
   Expected<std::vector<SelfTestCheck>> check() const override;
-  int n_qualities() const override { return kind_ == TrialKind::Settle ? 0 : 1; }
-  bool may_explain_pictures() const override { return kind_ != TrialKind::Settle; }
+  int n_qualities() const override { return trial_.kind == LedgerKind::Settle ? 0 : 1; }
+  bool may_explain_pictures() const override { return trial_.kind != LedgerKind::Settle; }
   NightlyConfig held_to(const NightlyConfig& nightly) const override;
   std::optional<LedgerValues> value_of(const LedgerEntry& entry) const override {
     const auto number = trial_number(entry);
     if (!number) return std::nullopt;
     return LedgerValues{only(number->value), only(number->sigma * number->sigma)};
   }
-  Expected<NightMeasurement> measure(const CalibrationDevices& devices,
-                                     const RecordWords& words) override;
+  Expected<CalibrationResult> measure(const CalibrationDevices& devices,
+                                      const RecordWords& words) override;
   Expected<std::string> stated_otherwise(const Ledger& ledger) const override {
     MachineConfig as_written = *config_;
     as_written.settle = stated_wait_;
-    return panelcal::stated_otherwise(as_written, ledger, kind_);
+    return panelcal::stated_otherwise(as_written, ledger, trial_.kind);
   }
-  // There is no file that could say anything else.
-  Expected<bool> is_installed(const Ledger& /*ledger*/) const override { return true; }
-  Expected<std::string> by_hand(const Ledger& /*ledger*/) const override { return std::string(); }
-  Expected<bool> install(const Ledger& ledger) override;
+
+ protected:
+  Expected<void> begin_there(const Ledger& ledger) override;
 
  private:
   /// The steps after this wait so long, if machine.toml waits less: more costs time and nothing
   /// else, and of a table that swings nothing is measured.
   void wait_at_least(Time wait) { config_->settle = std::max(config_->settle, wait); }
-  double tolerance() const { return trial_tolerance(trials_, kind_); }
+  double tolerance() const { return internal::trial_tolerance(trials_, trial_.kind); }
   SettleTrial settle_trial() const;
-  Expected<TrialValue> find(const CalibrationDevices& devices, NightMeasurement& out);
-  Expected<TrialValue> find_focus(const CalibrationDevices& devices, NightMeasurement& out) const;
-  Expected<TrialValue> find_light(const CalibrationDevices& devices, NightMeasurement& out) const;
-  Expected<TrialValue> find_settle(const CalibrationDevices& devices, NightMeasurement& out);
+  Expected<TrialValue> find(const CalibrationDevices& devices, CalibrationResult& out);
+  Expected<TrialValue> find_focus(const CalibrationDevices& devices, CalibrationResult& out) const;
+  Expected<TrialValue> find_light(const CalibrationDevices& devices, CalibrationResult& out) const;
+  Expected<TrialValue> find_settle(const CalibrationDevices& devices, CalibrationResult& out);
 
-  TrialKind kind_;
+  const TrialRow& trial_;
   std::shared_ptr<MachineConfig> config_;
   TrialPlace place_;
   Place mark_place_;
@@ -77,7 +78,7 @@ class TrialNight final : public NightCalibration {
   Time stated_wait_;  ///< [machine] settle_s
 };
 
-SettleTrial TrialNight::settle_trial() const {
+SettleTrial TrialKind::settle_trial() const {
   SettleTrial trial;
   trial.tool = place_.tool;
   trial.limit = trials_.settle_limit;
@@ -85,9 +86,9 @@ SettleTrial TrialNight::settle_trial() const {
   return trial;
 }
 
-Expected<std::vector<SelfTestCheck>> TrialNight::check() const {
+Expected<std::vector<SelfTestCheck>> TrialKind::check() const {
   const std::vector<SelfTestCheck> none;
-  if (kind_ != TrialKind::Settle) return none;
+  if (trial_.kind != LedgerKind::Settle) return none;
   const Length way = settle_trial().way;
   for (const double direction : {-1.0, 1.0}) {
     const Position<frame::Machine> from =
@@ -106,7 +107,7 @@ Expected<std::vector<SelfTestCheck>> TrialNight::check() const {
 
 /// Lengths at a hole mean nothing here: the defaults of [nightly.gates] and [nightly.drift], in the
 /// proportion of this tolerance to theirs.
-NightlyConfig TrialNight::held_to(const NightlyConfig& nightly) const {
+NightlyConfig TrialKind::held_to(const NightlyConfig& nightly) const {
   const NightlyConfig usual;
   const double factor = tolerance() / usual.limits.old.tolerance;
   NightlyConfig out = nightly;
@@ -114,7 +115,7 @@ NightlyConfig TrialNight::held_to(const NightlyConfig& nightly) const {
   out.limits.change = factor * usual.limits.change;
   out.limits.old.tolerance = tolerance();
   out.limits.min_used = 1;
-  if (kind_ == TrialKind::Settle) {
+  if (trial_.kind == LedgerKind::Settle) {
     // Two sigmas are added to what machine.toml should wait: a wide one costs time and nothing
     // else.
     out.limits.sigma = tolerance();
@@ -132,8 +133,8 @@ NightlyConfig TrialNight::held_to(const NightlyConfig& nightly) const {
   return out;
 }
 
-Expected<TrialValue> TrialNight::find_focus(const CalibrationDevices& devices,
-                                            NightMeasurement& out) const {
+Expected<TrialValue> TrialKind::find_focus(const CalibrationDevices& devices,
+                                           CalibrationResult& out) const {
   PANELCAL_TRY(
       const FocusResult result,
       calibrate_focus(*config_, devices, place_.mark, place_.tool, *config_->vision.focus_range));
@@ -144,8 +145,8 @@ Expected<TrialValue> TrialNight::find_focus(const CalibrationDevices& devices,
   return trial_value(result);
 }
 
-Expected<TrialValue> TrialNight::find_light(const CalibrationDevices& devices,
-                                            NightMeasurement& out) const {
+Expected<TrialValue> TrialKind::find_light(const CalibrationDevices& devices,
+                                           CalibrationResult& out) const {
   const auto levels = lamp_levels(trials_.lamp_low, trials_.lamp_high, trials_.n_lamp_levels);
   PANELCAL_TRY(const LightRun run,
                calibrate_light(*config_, devices, place_.mark, place_.tool, levels));
@@ -163,8 +164,8 @@ Expected<TrialValue> TrialNight::find_light(const CalibrationDevices& devices,
   return trial_value(run);
 }
 
-Expected<TrialValue> TrialNight::find_settle(const CalibrationDevices& devices,
-                                             NightMeasurement& out) {
+Expected<TrialValue> TrialKind::find_settle(const CalibrationDevices& devices,
+                                            CalibrationResult& out) {
   PANELCAL_TRY(const SettleRun run,
                calibrate_settle(*config_, devices, place_.mark, settle_trial()));
   wait_at_least(run.settle ? run.settle->safe_wait() : trials_.settle_longest);
@@ -178,21 +179,15 @@ Expected<TrialValue> TrialNight::find_settle(const CalibrationDevices& devices,
   return trial_value(run);
 }
 
-Expected<TrialValue> TrialNight::find(const CalibrationDevices& devices, NightMeasurement& out) {
-  switch (kind_) {
-    case TrialKind::Focus:
-      return find_focus(devices, out);
-    case TrialKind::Light:
-      return find_light(devices, out);
-    case TrialKind::Settle:
-      break;
-  }
+Expected<TrialValue> TrialKind::find(const CalibrationDevices& devices, CalibrationResult& out) {
+  if (trial_.kind == LedgerKind::Focus) return find_focus(devices, out);
+  if (trial_.kind == LedgerKind::Light) return find_light(devices, out);
   return find_settle(devices, out);
 }
 
-Expected<NightMeasurement> TrialNight::measure(const CalibrationDevices& devices,
+Expected<CalibrationResult> TrialKind::measure(const CalibrationDevices& devices,
                                                const RecordWords& words) {
-  NightMeasurement out;
+  CalibrationResult out;
   out.result.used = "pictures";
   const Expected<TrialValue> found = find(devices, out);
   // Whatever came of it: the next calibration, and the first job, see as they did before.
@@ -208,84 +203,69 @@ Expected<NightMeasurement> TrialNight::measure(const CalibrationDevices& devices
   PANELCAL_TRY(out.draft, trial_draft(*config_, place_, *found, words));
   out.report.insert(out.report.begin(),
                     fmt::format("{} {:.4g} +- {:.2g} {}; in machine.toml {}",
-                                trial_parameter(kind_),
+                                trial_.parameter,
                                 *found->value,
                                 found->sigma,
-                                trial_unit(kind_),
-                                stated_line(kind_, {*found->value, found->sigma})));
+                                trial_.unit,
+                                stated_line(trial_.kind, {*found->value, found->sigma})));
   return out;
 }
 
 /// There is no file; but this night waits at least as long as the value in force.
-Expected<bool> TrialNight::install(const Ledger& ledger) {
-  if (kind_ != TrialKind::Settle) return false;
+Expected<void> TrialKind::begin_there(const Ledger& ledger) {
+  if (trial_.kind != LedgerKind::Settle) return {};
   PANELCAL_TRY(const std::optional<LedgerEntry> in_force, ledger.in_force(key()));
   const auto number = in_force ? trial_number(*in_force) : std::nullopt;
   if (number) wait_at_least(seconds(number->value + 2 * number->sigma));
-  return false;
-}
-
-std::string_view trial_words(TrialKind kind) {
-  switch (kind) {
-    case TrialKind::Focus:
-      return "focus";
-    case TrialKind::Light:
-      return "light";
-    case TrialKind::Settle:
-      break;
-  }
-  return "settle time";
-}
-
-/// Problem of a missing key, by kind; empty if there is none.
-Diagnostic missing(TrialKind kind, const MachineConfig& config, const NightlyConfig& nightly) {
-  Diagnostic out = {Code::ConfigValue, nightly.place, {}, {}};
-  const VisionOptions& vision = config.vision;
-  const SimConfig* const sim = nightly.is_simulated && config.sim ? &*config.sim : nullptr;
-  const auto virtual_lacks = [&](std::string_view what, std::string_view key) {
-    out.what = fmt::format(
-        "[nightly] calibrates the {}, and the virtual machine {}", trial_words(kind), what);
-    out.expected = key;
-  };
-  if (sim != nullptr && !sim->coupon.mark) {
-    virtual_lacks("has no mark", "[sim.coupon] mark_mm");
-  } else if (sim != nullptr && kind == TrialKind::Focus && !sim->focus_z) {
-    virtual_lacks("is sharp at any height", "[sim] focus_z_mm");
-  } else if (sim != nullptr && kind == TrialKind::Light && !sim->lamp) {
-    virtual_lacks("sees the same with any lamp", "[sim] lamp");
-  } else if (kind == TrialKind::Focus && !vision.focus_range) {
-    out.what = "[nightly] calibrates the focus, and the range of heights is missing";
-    out.expected = "[camera] focus_range_mm";
-  } else if (kind == TrialKind::Focus && !vision.focus) {
-    out.what = "[nightly] calibrates the focus, and the height to go back to is missing";
-    out.expected = "[camera] focus_mm";
-  } else if (kind == TrialKind::Light && !vision.lamp) {
-    out.what = "[nightly] calibrates the light, and the lamp level to go back to is missing";
-    out.expected = "[camera] lamp";
-  }
-  return out;
+  return {};
 }
 
 }  // namespace
 
+std::unique_ptr<Calibration> trial_kind(LedgerKind kind,
+                                        std::shared_ptr<MachineConfig> config,
+                                        const NightlyConfig& nightly) {
+  return std::make_unique<TrialKind>(kind, std::move(config), nightly);
+}
+
 namespace internal {
 
-Expected<std::unique_ptr<NightCalibration>> trial_night(TrialKind kind,
-                                                        std::shared_ptr<MachineConfig> config,
-                                                        const NightlyConfig& nightly) {
-  Diagnostic problem = missing(kind, *config, nightly);
-  if (problem.what.empty() && !nightly.mark) {
-    problem.what = "[nightly] calibrates at a mark, and mark_mm is missing";
-    problem.expected = "mark_mm = [x, y]";
-  } else if (problem.what.empty() && !config->camera) {
-    problem.what = "[nightly] calibrates at a mark, and there is no camera to see it";
-    problem.expected = "[camera] calibration";
-  } else if (problem.what.empty() && !config->vision_tools.contains(nightly.mark_tool)) {
-    problem.what = fmt::format("there is no vision tool {} to find the mark", nightly.mark_tool);
-    problem.expected = "a [[vision.tool]] of that number";
+Expected<Calibrations> trial_calibrations(LedgerKind kind,
+                                          const std::shared_ptr<MachineConfig>& config,
+                                          const NightlyConfig& nightly) {
+  const std::string begin = fmt::format("[nightly] calibrates the {}, and ", trial_of(kind).words);
+  const Missing missing = {nightly, begin};
+  const VisionOptions& vision = config->vision;
+  const bool is_focus = kind == LedgerKind::Focus;
+  const bool is_light = kind == LedgerKind::Light;
+  if (nightly.is_simulated && config->sim) {
+    const SimConfig& sim = *config->sim;
+    if (!sim.coupon.mark) return missing("the virtual machine has no mark", "[sim.coupon] mark_mm");
+    if (is_focus && !sim.focus_z) {
+      return missing("the virtual machine is sharp at any height", "[sim] focus_z_mm");
+    }
+    if (is_light && !sim.lamp) {
+      return missing("the virtual machine sees the same with any lamp", "[sim] lamp");
+    }
   }
-  if (!problem.what.empty()) return failure(std::move(problem));
-  return std::make_unique<TrialNight>(kind, std::move(config), nightly);
+  if (is_focus && !vision.focus_range) {
+    return missing("the range of heights is missing", "[camera] focus_range_mm");
+  }
+  if (is_focus && !vision.focus) {
+    return missing("the height to go back to is missing", "[camera] focus_mm");
+  }
+  if (is_light && !vision.lamp) {
+    return missing("the lamp level to go back to is missing", "[camera] lamp");
+  }
+  const Missing at_mark = {nightly, "[nightly] calibrates at a mark, and "};
+  if (!nightly.mark) return at_mark("mark_mm is missing", "mark_mm = [x, y]");
+  if (!config->camera) return at_mark("there is no camera to see it", "[camera] calibration");
+  if (!config->vision_tools.contains(nightly.mark_tool)) {
+    return Missing{nightly, ""}(
+        fmt::format("there is no vision tool {} to find the mark", nightly.mark_tool),
+        "a [[vision.tool]] of that number");
+  }
+  return only_calibration(trial_kind(kind, config, nightly));
 }
 
 }  // namespace internal

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "machine/calibrate/place_record.h"
+#include "machine/calibrate/kinds/trials.h"
 
 #include <chrono>
 #include <cmath>
@@ -58,7 +58,7 @@ class PlaceRecord : public ::testing::Test {
     EXPECT_TRUE(entry) << entry.error().text();
     return *entry;
   }
-  std::string otherwise(TrialKind kind) const {
+  std::string otherwise(LedgerKind kind) const {
     const auto words = stated_otherwise(config_, *ledger_, kind);
     EXPECT_TRUE(words) << words.error().text();
     return *words;
@@ -73,7 +73,7 @@ class PlaceRecord : public ::testing::Test {
 TEST_F(PlaceRecord, KeepsTheNumberItsSigmaAndWhatItWasMadeFrom) {
   const LedgerEntry entry = append(trial_value(focus_at(0.137, 0.004)));
   const LedgerRecord& record = entry.record;
-  EXPECT_EQ(record.key, trial_key(config_, TrialKind::Focus));
+  EXPECT_EQ(record.key, trial_key(config_, LedgerKind::Focus));
   EXPECT_EQ(word(record.key.kind), "focus");
   EXPECT_EQ(record.verdict, LedgerVerdict::Installed);
   ASSERT_EQ(record.parameters.size(), 1u);
@@ -103,7 +103,7 @@ TEST_F(PlaceRecord, WhatFindsNothingIsRefusedAndChangesNothing) {
   EXPECT_EQ(entry.record.verdict, LedgerVerdict::Refused);
   EXPECT_EQ(entry.record.reason, none.reason);
   EXPECT_FALSE(trial_number(entry));
-  const auto in_force = ledger_->in_force(trial_key(config_, TrialKind::Focus));
+  const auto in_force = ledger_->in_force(trial_key(config_, LedgerKind::Focus));
   ASSERT_TRUE(in_force);
   EXPECT_EQ((*in_force)->id, 1);
 }
@@ -119,43 +119,43 @@ TEST_F(PlaceRecord, ALevelIsAsSureAsItsNeighboursAreClose) {
 }
 
 TEST_F(PlaceRecord, SaysWhatMachineTomlShouldSay) {
-  EXPECT_EQ(stated_line(TrialKind::Focus, {-0.1372, 0.004}), "[camera] focus_mm = -0.137");
-  EXPECT_EQ(stated_line(TrialKind::Light, {42.5, 3}), "[camera] lamp = 42.5");
+  EXPECT_EQ(stated_line(LedgerKind::Focus, {-0.1372, 0.004}), "[camera] focus_mm = -0.137");
+  EXPECT_EQ(stated_line(LedgerKind::Light, {42.5, 3}), "[camera] lamp = 42.5");
   // 0.2 + 2 x 0.0103 = 0.2206: rounded up, since a shorter wait is not enough.
-  EXPECT_EQ(stated_line(TrialKind::Settle, {0.2, 0.0103}), "[machine] settle_s = 0.221");
+  EXPECT_EQ(stated_line(LedgerKind::Settle, {0.2, 0.0103}), "[machine] settle_s = 0.221");
 }
 
 TEST_F(PlaceRecord, SaysWhereMachineTomlAndTheLedgerDisagree) {
-  EXPECT_EQ(otherwise(TrialKind::Focus), "");
+  EXPECT_EQ(otherwise(LedgerKind::Focus), "");
   append(trial_value(focus_at(0.137, 0.004)));
-  EXPECT_THAT(otherwise(TrialKind::Focus), HasSubstr("says no focus_mm, and entry 1"));
+  EXPECT_THAT(otherwise(LedgerKind::Focus), HasSubstr("says no focus_mm, and entry 1"));
   config_.vision.focus = mm(0);
-  EXPECT_THAT(otherwise(TrialKind::Focus), HasSubstr("write [camera] focus_mm = 0.137"));
+  EXPECT_THAT(otherwise(LedgerKind::Focus), HasSubstr("write [camera] focus_mm = 0.137"));
   // 100 um are tolerated unless [nightly.focus] says otherwise.
   config_.vision.focus = mm(0.04);
-  EXPECT_EQ(otherwise(TrialKind::Focus), "");
+  EXPECT_EQ(otherwise(LedgerKind::Focus), "");
   config_.nightly.emplace();
   config_.nightly->trials.focus_tolerance = um(50);
-  EXPECT_THAT(otherwise(TrialKind::Focus), HasSubstr("focus_mm = 0.04"));
+  EXPECT_THAT(otherwise(LedgerKind::Focus), HasSubstr("focus_mm = 0.04"));
 }
 
 TEST_F(PlaceRecord, AWaitMayBeLongerThanNeededAndNotShorter) {
   append(trial_value(settled_after(0.2, 0.01)));
   config_.settle = seconds(0.19);
-  EXPECT_THAT(otherwise(TrialKind::Settle), HasSubstr("write [machine] settle_s = 0.220"));
+  EXPECT_THAT(otherwise(LedgerKind::Settle), HasSubstr("write [machine] settle_s = 0.220"));
   config_.settle = seconds(0.22);
-  EXPECT_EQ(otherwise(TrialKind::Settle), "");
+  EXPECT_EQ(otherwise(LedgerKind::Settle), "");
   config_.settle = seconds(3);
-  EXPECT_EQ(otherwise(TrialKind::Settle), "");
+  EXPECT_EQ(otherwise(LedgerKind::Settle), "");
 }
 
 TEST_F(PlaceRecord, AfterGoingBackTheEarlierOneCounts) {
   append(trial_value(focus_at(0.1, 0.004)));
   append(trial_value(focus_at(0.9, 0.004)));
   config_.vision.focus = mm(0.1);
-  EXPECT_THAT(otherwise(TrialKind::Focus), HasSubstr("entry 2"));
-  ASSERT_TRUE(ledger_->roll_back({trial_key(config_, TrialKind::Focus), {}, "no", "Ann", "test"}));
-  EXPECT_EQ(otherwise(TrialKind::Focus), "");
+  EXPECT_THAT(otherwise(LedgerKind::Focus), HasSubstr("entry 2"));
+  ASSERT_TRUE(ledger_->roll_back({trial_key(config_, LedgerKind::Focus), {}, "no", "Ann", "test"}));
+  EXPECT_EQ(otherwise(LedgerKind::Focus), "");
 }
 
 }  // namespace

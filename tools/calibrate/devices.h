@@ -13,12 +13,17 @@
 
 namespace panelcal::calibrate {
 
+/// The devices of SOURCE.
+///
+/// Fails  usage (no SOURCE); what DeviceSet reports
+Expected<DeviceSet> open_devices(const CalibrateOptions& options, const MachineConfig& config);
+
 /// The machine at the mark of --at: a real one, or a virtual table that has a mark of --tool there.
 class PlaceDevices {
  public:
   /// Lamp and focus are then as machine.toml states them.
   ///
-  /// Precondition: the caller holds the machine's lock, with a Recorder
+  /// Precondition: the caller holds the machine's lock
   /// Fails  usage (no --at, no SOURCE); config-value; what opening the devices reports
   static Expected<PlaceDevices> open(const CalibrateOptions& options, const MachineConfig& config);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Nights that probe the table's own surface.
 
-#include "tests/machine/nightly/calibrations/surface_night.h"
+#include "tests/machine/calibrate/kinds/surface_night.h"
 
 #include <array>
 #include <optional>

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "calib/base/expected.h"
 #include "calib/base/frames.h"
 #include "calib/ledger/ledger.h"
-#include "machine/calibrate/calibration_record.h"
+#include "machine/calibrate/calibration.h"
 #include "machine/config/machine_config.h"
 #include "machine/look/place_trials.h"
 
@@ -25,10 +26,8 @@ struct TrialPlace {
 
 /// A trial finds one number: the height of the focus axis (mm), the lamp's level, or the wait after
 /// a move (s).
-enum class TrialKind : std::uint8_t { Focus, Light, Settle };
-
 struct TrialValue {
-  TrialKind kind = TrialKind::Focus;
+  LedgerKind kind = LedgerKind::Focus;  ///< Focus, Light or Settle
   std::optional<double> value;
   double sigma = 0;
   std::string reason;   ///< of a missing value
@@ -45,11 +44,7 @@ TrialValue trial_value(const LightRun& run);
 TrialValue trial_value(const SettleRun& run);
 
 /// "focus" and "light" of "camera", "settle" of "stage".
-LedgerKey trial_key(const MachineConfig& config, TrialKind kind);
-/// The number's name: "height", "level" or "wait".
-std::string trial_parameter(TrialKind kind);
-/// "mm", "level" or "s".
-std::string trial_unit(TrialKind kind);
+LedgerKey trial_key(const MachineConfig& config, LedgerKind kind);
 
 /// For the ledger: parameter "height", "level" or "wait" with its variance, machine.toml and the
 /// camera's calibration as inputs, the details and the place as the result. One that has found
@@ -61,6 +56,26 @@ Expected<LedgerDraft> trial_draft(const MachineConfig& config,
                                   const TrialValue& found,
                                   const RecordWords& words);
 
+namespace internal {
+
+/// Names of a trial in messages, in the ledger and in machine.toml.
+struct TrialRow {
+  LedgerKind kind;
+  std::string_view words;
+  std::string_view subject;
+  std::string_view parameter;
+  std::string_view unit;
+  std::string_view table;
+  std::string_view key;
+};
+
+/// In     kind: Focus, Light or Settle
+const TrialRow& trial_of(LedgerKind kind);
+/// Change of a number that does not matter, in its own unit.
+double trial_tolerance(const NightTrials& trials, LedgerKind kind);
+
+}  // namespace internal
+
 struct TrialNumber {
   double value = 0;
   double sigma = 0;
@@ -68,22 +83,23 @@ struct TrialNumber {
 /// The number of an entry; empty if it has none.
 std::optional<TrialNumber> trial_number(const LedgerEntry& entry);
 
-/// Change of a number that does not matter, in its own unit.
-double trial_tolerance(const NightTrials& trials, TrialKind kind);
-
-/// The value in machine.toml now: [camera] focus_mm or lamp, [machine] settle_s.
-std::optional<double> stated_number(const MachineConfig& config, TrialKind kind);
 /// The line that says a number: "[camera] focus_mm = 0.137".
-std::string stated_line(TrialKind kind, const TrialNumber& number);
+std::string stated_line(LedgerKind kind, const TrialNumber& number);
 
 /// Says so if machine.toml does not keep to what is in force: a height that is farther off than
 /// [nightly.focus] tolerates, a level by more than a step of [nightly.light], or a shorter wait.
 /// Empty if it does, and where nothing is in force.
 ///
 /// Fails  what the ledger reports
-/// See    tests/machine/calibrate/place_record_test.cc
+/// See    tests/machine/calibrate/kinds/trials_test.cc
 Expected<std::string> stated_otherwise(const MachineConfig& config,
                                        const Ledger& ledger,
-                                       TrialKind kind);
+                                       LedgerKind kind);
+
+/// Focus, lamp level or settle time, at the mark of [nightly]. No file has it: to install it is to
+/// record it; machine.toml stays what a person writes, and the night says where the two disagree.
+std::unique_ptr<Calibration> trial_kind(LedgerKind kind,
+                                        std::shared_ptr<MachineConfig> config,
+                                        const NightlyConfig& nightly);
 
 }  // namespace panelcal

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "machine/nightly/calibrations/coupon_scatter.h"
+#include "machine/calibrate/kinds/coupon_scatter.h"
 
 #include <algorithm>
 
