@@ -65,7 +65,7 @@ Expected<std::string> text_with_head(const MachineConfig& config, std::string te
 }
 
 Expected<std::vector<LedgerEntry>> installed_entries(const Ledger& ledger, const LedgerKey& key) {
-  PANELCAL_TRY(std::vector<LedgerEntry> entries, ledger.list(key));
+  PANELCAL_TRY(std::vector<LedgerEntry> entries, ledger.list(key, std::nullopt));
   std::erase_if(entries, [](const LedgerEntry& entry) {
     return entry.record.verdict != LedgerVerdict::Installed;
   });
