@@ -7,7 +7,10 @@
  */
 export function columnOf(column) {
   if (Array.isArray(column)) return column;
-  const bytes = Uint8Array.from(atob(column.base64), (letter) => letter.charCodeAt(0));
+  const text = atob(column.base64);
+  // A loop of its own: Uint8Array.from() takes a second for a million places.
+  const bytes = new Uint8Array(text.length);
+  for (let i = 0; i < text.length; i++) bytes[i] = text.charCodeAt(i);
   return column.type === "float32" ? new Float32Array(bytes.buffer) : new Uint32Array(bytes.buffer);
 }
 

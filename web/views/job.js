@@ -10,7 +10,7 @@ import { boardText, lineText, targetCards, targetLink } from "./job_targets.js";
 import { fitBlocks, gateLimit, gateRatio, gateValue, worstGate } from "./job_fits.js";
 
 /** @type {Record<string, [string, string]>} */
-const verdictMarks = {
+const jobVerdictMarks = {
   drill: ["\u2713", "drill"], warned: ["\u26a0", "forced"], hold: ["\u2717", "hold"], forced: ["\u26a0", "forced"],
 };
 
@@ -75,7 +75,7 @@ function riskTiles(facts) {
 
 /** @param {any} facts */
 function firstScreen(facts) {
-  const [mark, kind] = verdictMarks[facts.verdict.word];
+  const [mark, kind] = jobVerdictMarks[facts.verdict.word];
   const written = facts.output === null ? word("nothing_written")
     : facts.output === "-" ? word("written_to_standard_output") : word("written_to", { file: facts.output });
   return [

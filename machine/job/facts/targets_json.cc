@@ -38,7 +38,7 @@ std::vector<std::size_t> last_of_views(const std::vector<SeenPicture>& pictures)
   return out;
 }
 
-/// To a hundredth of a pixel, x and y in turn: more digits nobody sees.
+/// To a hundredth of a pixel, x and y in turn: more digits show in no picture.
 Json outline_json(const std::vector<Eigen::Vector2d>& outline_px) {
   Json out = Json::array();
   for (const Eigen::Vector2d& node : outline_px) {
