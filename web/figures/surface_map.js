@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Maps of a surface: colours and contours, probes, hatching where none vouches for a height; and a view of it in space.
 import { colour, scaleColour } from "../base/colours.js";
-import { columnOf } from "../base/columns.js";
+import { extremes, unpacked } from "../base/columns.js";
 import { element } from "../base/dom.js";
 import { fixed, micrometres, place, shortest } from "../base/format.js";
 import { word, wordOf } from "../base/words.js";
-import { drawContours, fieldAt, levelDecimals, paintField, roundLevels, widenedField } from "./field.js";
-import { drawDots, extentOf, planeFigure, preparedContext, redrawn, strokeMark, tracePolygon } from "./plane.js";
+import { drawContours, fieldAt, paintField, roundLevels, widenedField } from "./field.js";
+import { drawDots, extentOf, planeFigure, preparedContext, redrawn, strokeMark, tracePolygon, traceWay } from "./plane.js";
+import { decimalsOf } from "./pointed.js";
 
 /** @typedef {import("./plane.js").Point} Point */
 /** @typedef {import("./plane.js").PlaneView} View */
@@ -80,7 +81,7 @@ function drawHatching(context, view, zone) {
     inner.globalCompositeOperation = "destination-out";
     inner.fillStyle = "#000";
     const [dx, dy] = zone.reach_mm.map((/** @type {number} */ reach) => reach * view.scale);
-    const x_mm = columnOf(zone.kept.x_mm), y_mm = columnOf(zone.kept.y_mm);
+    const x_mm = unpacked(zone.kept.x_mm), y_mm = unpacked(zone.kept.y_mm);
     for (let i = 0; i < x_mm.length; ++i) {
       inner.fillRect(view.x(x_mm[i] ?? 0) - dx - 0.5, view.y(y_mm[i] ?? 0) - dy - 0.5, 2 * dx + 1, 2 * dy + 1);
     }
@@ -122,13 +123,13 @@ export function drawBlanks(context, view, voids, border) {
       context.lineWidth = Math.max(1, track.width_mm * view.scale) + wider;
       context.lineCap = context.lineJoin = "round";
       context.beginPath();
-      track.points_mm.forEach((/** @type {Point} */ [x, y], /** @type {number} */ i) => context[i === 0 ? "moveTo" : "lineTo"](view.x(x), view.y(y)));
+      traceWay(context, view, track.points_mm);
       context.stroke();
     }
   }
   for (const corners of voids.polygons_mm) cover(() => tracePolygon(context, view, corners));
   for (const corners of voids.panel_edges_mm) around(corners);
-  const x_mm = columnOf(voids.circles.x_mm), y_mm = columnOf(voids.circles.y_mm), radius_mm = columnOf(voids.circles.radius_mm);
+  const x_mm = unpacked(voids.circles.x_mm), y_mm = unpacked(voids.circles.y_mm), radius_mm = unpacked(voids.circles.radius_mm);
   cover(() => {
     for (let i = 0; i < x_mm.length; ++i) {
       const x = view.x(x_mm[i] ?? 0), y = view.y(y_mm[i] ?? 0), radius = Math.max(0.8, (radius_mm[i] ?? 0) * view.scale);
@@ -147,8 +148,8 @@ export function drawBlanks(context, view, voids, border) {
  */
 function colourBar(low, high, paint, unit) {
   const stops = Array.from({ length: 11 }, (_, i) => `rgb(${paint(low + (i / 10) * (high - low)).join(" ")})`);
-  const decimals = levelDecimals([0, (high - low) / 5]);
-  return element("div", { class: "bar", "aria-hidden": "true" }, fixed(low, decimals),
+  const decimals = decimalsOf((high - low) / 5);
+  return element("div", { class: "colour-bar", "aria-hidden": "true" }, fixed(low, decimals),
     element("span", { style: { background: `linear-gradient(to right, ${stops.join(", ")})` } }), `${fixed(high, decimals)}\u00a0${unit}`);
 }
 
@@ -161,19 +162,12 @@ function colourBar(low, high, paint, unit) {
  */
 export function fieldFigure(options) {
   const { field, paint } = options;
-  let low = Infinity, high = -Infinity;
-  field.values.forEach((value, i) => {
-    if (Number.isNaN(value) || options.isCounted?.(i) === false) return;
-    low = Math.min(low, value);
-    high = Math.max(high, value);
-  });
-  if (!(high >= low)) return null;
-  if (options.isSymmetric) {
-    high = Math.max(Math.abs(low), Math.abs(high));
-    low = -high;
-  }
-  if (high === low) high = low + 1e-3;
-  const wide = widenedField(field), levels = roundLevels(low, high, options.n_levels), decimals = levelDecimals(levels);
+  const found = extremes(field.values.filter((_, i) => options.isCounted?.(i) !== false));
+  if (!found) return null;
+  const most = Math.max(Math.abs(found[0]), Math.abs(found[1]));
+  const low = options.isSymmetric ? -most : found[0], high = Math.max(low + 1e-3, options.isSymmetric ? most : found[1]);
+  const wide = widenedField(field), levels = roundLevels(low, high, options.n_levels);
+  const decimals = decimalsOf(levels.length > 1 ? levels[1] - levels[0] : high - low);
   const figure = planeFigure({
     extent: extentOf(options.outline), label: options.label, most_px: 460,
     draw: (context, view) => {
@@ -231,8 +225,8 @@ export function drawCrosses(context, view, probes, css) {
  * @param {any} zone
  * @returns {Point[]} */
 export function keptPlaces(zone) {
-  const y_mm = columnOf(zone.kept.y_mm);
-  return Array.from(columnOf(zone.kept.x_mm), (x, i) => [x ?? 0, y_mm[i] ?? 0]);
+  const y_mm = unpacked(zone.kept.y_mm);
+  return Array.from(unpacked(zone.kept.x_mm), (x, i) => [x ?? 0, y_mm[i] ?? 0]);
 }
 
 /**
@@ -269,7 +263,7 @@ export function zoneFigure({ zone, facts, heights, sigmas, isHeights }) {
  * @param {any} zone
  */
 export function residualFigure(zone) {
-  const places = keptPlaces(zone), residual_um = columnOf(zone.kept.residual_um);
+  const places = keptPlaces(zone), residual_um = unpacked(zone.kept.residual_um);
   const most_um = Array.from(residual_um).reduce((/** @type {number} */ most, value) => Math.max(most, Math.abs(value ?? 0)), 0);
   if (most_um === 0) return null;
   const figure = planeFigure({
@@ -304,12 +298,7 @@ export function residualFigure(zone) {
 export function spaceFigure(zone, heights) {
   const { columns, rows, values } = heights, sources = zone.field.source;
   const isShown = (/** @type {number} */ i) => !Number.isNaN(values[i]) && sources[i] !== "b";
-  let low = Infinity, high = -Infinity;
-  values.forEach((value, i) => {
-    if (!isShown(i)) return;
-    low = Math.min(low, value);
-    high = Math.max(high, value);
-  });
+  const [low, high] = extremes(values.filter((_, i) => isShown(i))) ?? [0, 0];
   if (!(high > low)) return null;
   const size = [(columns - 1) * heights.step[0], (rows - 1) * heights.step[1]], across = Math.hypot(size[0], size[1]);
   // A fifth of the panel, in a round factor.

@@ -6,7 +6,6 @@
 
 #include "tools/figures/contour_map.h"
 #include "tools/figures/text.h"
-#include "tools/surface/picture.h"
 #include <fmt/format.h>
 
 namespace panelcal::report {
@@ -20,7 +19,7 @@ contours::ContourMap heights_of(const HeightMap& map, std::size_t i_picture) {
   out.id = fmt::format("depth{}", i_picture);
   out.title = "Height above the table, mm";
   out.unit = "mm";
-  out.outline = surface::hull_of(map);
+  for (const auto& corner : map.hull()) out.outline.push_back(corner.in_mm());
   out.field = contours::field_over(out.outline, kDepthNodes, [&](const auto& places) {
     std::vector<double> heights_mm;
     for (const auto& place : places) {
