@@ -1,41 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// Columns of long tables: plain arrays, or packed as base64 (little-endian, as all browsers are).
-
-/** @typedef {Float32Array | Uint32Array | (number | null)[]} Column */
-
-/** @type {WeakMap<object, Column>} */
-const unpackedBefore = new WeakMap();
+// Columns of tables in facts: plain arrays, or packed where they are long.
 
 /**
- * The values of a column; of a packed one the same array at every call.
- * @param {{type: string, base64: string} | (number | null)[]} column
- * @returns {Column}
+ * @param {(number | null)[] | {type: "float32" | "uint32", base64: string}} column
+ * @returns {ArrayLike<number | null>}
  */
-export function unpacked(column) {
+export function columnOf(column) {
   if (Array.isArray(column)) return column;
-  const known = unpackedBefore.get(column);
-  if (known) return known;
-  const text = atob(column.base64);
-  const bytes = new Uint8Array(text.length);
-  for (let i = 0; i < text.length; i++) bytes[i] = text.charCodeAt(i);
-  const made = column.type === "float32" ? new Float32Array(bytes.buffer) : new Uint32Array(bytes.buffer);
-  unpackedBefore.set(column, made);
-  return made;
+  const bytes = Uint8Array.from(atob(column.base64), (letter) => letter.charCodeAt(0));
+  return column.type === "float32" ? new Float32Array(bytes.buffer) : new Uint32Array(bytes.buffer);
 }
 
 /**
- * Smallest and largest finite value; null where there is none.
- * @param {ArrayLike<number | null>} values
- * @returns {[number, number] | null}
+ * A column of words that repeat.
+ * @param {{words: string[], index: any}} column
+ * @returns {string[]}
  */
-export function extremes(values) {
-  let low = Infinity;
-  let high = -Infinity;
-  for (let i = 0; i < values.length; i++) {
-    const value = values[i];
-    if (value === null || !Number.isFinite(value)) continue;
-    if (value < low) low = value;
-    if (value > high) high = value;
-  }
-  return low <= high ? [low, high] : null;
+export function wordsOf(column) {
+  return Array.from(columnOf(column.index), (i) => column.words[i ?? 0]);
 }

@@ -168,6 +168,14 @@ export function drawContours(context, view, field, levels, text) {
   });
 }
 
+/** The least and the greatest of values that are known; null if none is.
+ * @param {Float64Array} values
+ * @returns {[number, number] | null} */
+export function rangeOf(values) {
+  const known = values.filter((value) => !Number.isNaN(value));
+  return known.length > 0 ? [known.reduce((a, b) => Math.min(a, b)), known.reduce((a, b) => Math.max(a, b))] : null;
+}
+
 /**
  * Round levels between two values, about n of them.
  * @param {number} low

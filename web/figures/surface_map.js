@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Maps of a surface: colours and contours, probes, hatching where none vouches for a height; and a view of it in space.
 import { colour, scaleColour } from "../base/colours.js";
-import { extremes, unpacked } from "../base/columns.js";
+import { columnOf } from "../base/columns.js";
 import { element } from "../base/dom.js";
 import { fixed, micrometres, place, shortest } from "../base/format.js";
 import { word, wordOf } from "../base/words.js";
-import { drawContours, fieldAt, paintField, roundLevels, widenedField } from "./field.js";
+import { drawContours, fieldAt, paintField, rangeOf, roundLevels, widenedField } from "./field.js";
 import { drawDots, extentOf, planeFigure, preparedContext, redrawn, strokeMark, tracePolygon, traceWay } from "./plane.js";
 import { decimalsOf } from "./pointed.js";
 
@@ -81,7 +81,7 @@ function drawHatching(context, view, zone) {
     inner.globalCompositeOperation = "destination-out";
     inner.fillStyle = "#000";
     const [dx, dy] = zone.reach_mm.map((/** @type {number} */ reach) => reach * view.scale);
-    const x_mm = unpacked(zone.kept.x_mm), y_mm = unpacked(zone.kept.y_mm);
+    const x_mm = columnOf(zone.kept.x_mm), y_mm = columnOf(zone.kept.y_mm);
     for (let i = 0; i < x_mm.length; ++i) {
       inner.fillRect(view.x(x_mm[i] ?? 0) - dx - 0.5, view.y(y_mm[i] ?? 0) - dy - 0.5, 2 * dx + 1, 2 * dy + 1);
     }
@@ -129,7 +129,7 @@ export function drawBlanks(context, view, voids, border) {
   }
   for (const corners of voids.polygons_mm) cover(() => tracePolygon(context, view, corners));
   for (const corners of voids.panel_edges_mm) around(corners);
-  const x_mm = unpacked(voids.circles.x_mm), y_mm = unpacked(voids.circles.y_mm), radius_mm = unpacked(voids.circles.radius_mm);
+  const x_mm = columnOf(voids.circles.x_mm), y_mm = columnOf(voids.circles.y_mm), radius_mm = columnOf(voids.circles.radius_mm);
   cover(() => {
     for (let i = 0; i < x_mm.length; ++i) {
       const x = view.x(x_mm[i] ?? 0), y = view.y(y_mm[i] ?? 0), radius = Math.max(0.8, (radius_mm[i] ?? 0) * view.scale);
@@ -162,7 +162,7 @@ function colourBar(low, high, paint, unit) {
  */
 export function fieldFigure(options) {
   const { field, paint } = options;
-  const found = extremes(field.values.filter((_, i) => options.isCounted?.(i) !== false));
+  const found = rangeOf(field.values.filter((_, i) => options.isCounted?.(i) !== false));
   if (!found) return null;
   const most = Math.max(Math.abs(found[0]), Math.abs(found[1]));
   const low = options.isSymmetric ? -most : found[0], high = Math.max(low + 1e-3, options.isSymmetric ? most : found[1]);
@@ -225,8 +225,8 @@ export function drawCrosses(context, view, probes, css) {
  * @param {any} zone
  * @returns {Point[]} */
 export function keptPlaces(zone) {
-  const y_mm = unpacked(zone.kept.y_mm);
-  return Array.from(unpacked(zone.kept.x_mm), (x, i) => [x ?? 0, y_mm[i] ?? 0]);
+  const y_mm = columnOf(zone.kept.y_mm);
+  return Array.from(columnOf(zone.kept.x_mm), (x, i) => [x ?? 0, y_mm[i] ?? 0]);
 }
 
 /**
@@ -263,7 +263,7 @@ export function zoneFigure({ zone, facts, heights, sigmas, isHeights }) {
  * @param {any} zone
  */
 export function residualFigure(zone) {
-  const places = keptPlaces(zone), residual_um = unpacked(zone.kept.residual_um);
+  const places = keptPlaces(zone), residual_um = columnOf(zone.kept.residual_um);
   const most_um = Array.from(residual_um).reduce((/** @type {number} */ most, value) => Math.max(most, Math.abs(value ?? 0)), 0);
   if (most_um === 0) return null;
   const figure = planeFigure({
@@ -298,7 +298,7 @@ export function residualFigure(zone) {
 export function spaceFigure(zone, heights) {
   const { columns, rows, values } = heights, sources = zone.field.source;
   const isShown = (/** @type {number} */ i) => !Number.isNaN(values[i]) && sources[i] !== "b";
-  const [low, high] = extremes(values.filter((_, i) => isShown(i))) ?? [0, 0];
+  const [low, high] = rangeOf(values.filter((_, i) => isShown(i))) ?? [0, 0];
   if (!(high > low)) return null;
   const size = [(columns - 1) * heights.step[0], (rows - 1) * heights.step[1]], across = Math.hypot(size[0], size[1]);
   // A fifth of the panel, in a round factor.

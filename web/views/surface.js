@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What `panelcal surface` states: a map of heights, the difference of two, or where to probe.
 import { colour, differenceColour } from "../base/colours.js";
-import { unpacked } from "../base/columns.js";
+import { columnOf, wordsOf } from "../base/columns.js";
 import { element, section, table, tile } from "../base/dom.js";
 import { fixed, micrometres, millimetres, percent, place, probability, whole, withSigma } from "../base/format.js";
 import { word } from "../base/words.js";
@@ -10,11 +10,6 @@ import { drawDots, drawTour, strokeMark } from "../figures/plane.js";
 import { drawBlanks, drawCrosses, drawProbes, fieldFigure, fromLowToHigh, residualFigure, spaceFigure, zoneFigure } from "../figures/surface_map.js";
 
 /** @typedef {import("../figures/plane.js").Point} Point */
-
-/** A column of words that repeat.
- * @param {{words: string[], index: any}} column
- * @returns {string[]} */
-const wordsOf = (column) => Array.from(unpacked(column.index), (i) => column.words[i ?? 0]);
 
 /** "probes.jsonl:13"
  * @param {any} probe */
@@ -49,7 +44,7 @@ function leftOutTable(zone) {
 function keptTable(zone) {
   const { kept } = zone, names = wordsOf(kept.name), files = wordsOf(kept.file);
   const [x_mm, y_mm, height_mm, residual_um, deviation_um, chance, line] =
-    ["x_mm", "y_mm", "height_mm", "residual_um", "deviation_um", "chance", "line"].map((key) => unpacked(kept[key]));
+    ["x_mm", "y_mm", "height_mm", "residual_um", "deviation_um", "chance", "line"].map((key) => columnOf(kept[key]));
   const details = element("details", {}, element("summary", {}, word("surface_all_probes", { n: whole(names.length) })));
   // Rows of thousands of probes are made when they are asked for.
   details.addEventListener("toggle", () => {
@@ -90,7 +85,7 @@ function refusedSection(id, title, probes) {
 
 /** @param {any} facts */
 function mapPage(facts) {
-  const { voids } = facts, round = unpacked(voids.circles.x_mm).length, routed = voids.tracks.length;
+  const { voids } = facts, round = columnOf(voids.circles.x_mm).length, routed = voids.tracks.length;
   return [element("h1", {}, word("surface_map_title"), " ", element("b", {}, facts.map)),
     facts.zones.map((/** @type {any} */ zone, /** @type {number} */ i) => zoneSection(facts, zone, i)),
     voids.count === 0 ? null : section("voids", word("surface_voids"), element("p", {}, word("surface_voids_text", {
@@ -135,7 +130,7 @@ export function differencePage(facts) {
 /** @param {any} facts */
 function planPage(facts) {
   const field = fieldOf(facts.field, facts.field.sigma_um), stops = /** @type {Point[]} */ (facts.probes_mm);
-  const y_mm = unpacked(facts.pictured_places.y_mm), x_mm = unpacked(facts.pictured_places.x_mm);
+  const y_mm = columnOf(facts.pictured_places.y_mm), x_mm = columnOf(facts.pictured_places.x_mm);
   const values = { n: whole(stops.length), um: micrometres(facts.tolerance_um, 2), places: whole(facts.places) };
   const sigma = (/** @type {any} */ worst) => micrometres(worst.sigma_um, 2);
   return [element("h1", {}, word("surface_plan_title")),
