@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Values at the nodes of an even grid: colours and contours.
 import { colour } from "../base/colours.js";
-import { markText, roundStep } from "./plane.js";
+import { markText } from "./plane.js";
+import { niceAbove } from "./pointed.js";
 
 /**
  * Rows from low y; a value that is not known is NaN.
@@ -157,13 +158,22 @@ export function drawContours(context, view, field, levels, text) {
     for (let i = 0; i < segments.length; ++i) {
       const segment = segments[(i * 7 + Math.floor(segments.length / 3)) % segments.length];
       const x = view.x(segment[0]), y = view.y(segment[1]);
-      if (x < view.left + 20 || x > view.right - 20 || y < view.top + 12 || y > view.bottom - 12) continue;
+      if (y < view.top + 12 || y > view.bottom - 12) continue;
+      if ([-26, 26].some((aside) => Number.isNaN(fieldAt(field, view.place(x + aside, y))))) continue;
       if (taken.some(([ox, oy]) => Math.hypot(ox - x, oy - y) < 42)) continue;
       taken.push([x, y]);
       markText(context, text(levels[k]), x, y, colour("ink"));
       break;
     }
   });
+}
+
+/** The least and the greatest of values that are known; null if none is.
+ * @param {Float64Array} values
+ * @returns {[number, number] | null} */
+export function rangeOf(values) {
+  const known = values.filter((value) => !Number.isNaN(value));
+  return known.length > 0 ? [known.reduce((a, b) => Math.min(a, b)), known.reduce((a, b) => Math.max(a, b))] : null;
 }
 
 /**
@@ -174,15 +184,8 @@ export function drawContours(context, view, field, levels, text) {
  */
 export function roundLevels(low, high, n) {
   if (!(high > low)) return [];
-  const step = roundStep((high - low) / n);
+  const step = niceAbove((high - low) / n);
   const out = [];
   for (let i = Math.ceil(low / step); i * step <= high; ++i) out.push(i * step);
   return out;
-}
-
-/** Digits behind the point that tell levels apart.
- * @param {number[]} levels */
-export function levelDecimals(levels) {
-  const step = levels.length > 1 ? levels[1] - levels[0] : Math.abs(levels[0] ?? 1) || 1;
-  return Math.max(0, Math.ceil(-Math.log10(step) - 1e-9));
 }

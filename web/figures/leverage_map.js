@@ -283,7 +283,6 @@ export function leverageFigure(facts, series) {
   const targetPlaces = () => /** @type {Point[]} */ (trial.targets.map(({ x, y }) => [x, y]));
   const move = (/** @type {number} */ i, /** @type {Point} */ [x, y]) => {
     trial.targets[i] = { ...trial.targets[i], x: Math.round(1e3 * x) / 1e3, y: Math.round(1e3 * y) / 1e3 };
-    trial.fit();
     changed();
   };
 

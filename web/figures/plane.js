@@ -3,6 +3,7 @@
 import { colour } from "../base/colours.js";
 import { element } from "../base/dom.js";
 import { shortest } from "../base/format.js";
+import { niceAbove } from "./pointed.js";
 
 /** @typedef {[number, number]} Point */
 /** @typedef {{low: Point, high: Point}} Extent */
@@ -42,13 +43,6 @@ export function extentOf(points) {
   return { low: [low[0] - room[0], low[1] - room[1]], high: [high[0] + room[0], high[1] + room[1]] };
 }
 
-/** A step of 1, 2 or 5 times a power of ten that is at least this.
- * @param {number} least */
-export function roundStep(least) {
-  const power = 10 ** Math.floor(Math.log10(least));
-  return power * (least <= power ? 1 : least <= 2 * power ? 2 : least <= 5 * power ? 5 : 10);
-}
-
 const planeMargin = { left: 46, right: 12, top: 10, bottom: 26 };
 
 /**
@@ -79,7 +73,7 @@ function planeView(extent, width, most_px) {
  */
 function drawAxes(context, view) {
   const low = view.place(view.left, view.bottom), high = view.place(view.right, view.top);
-  const step = roundStep(70 / view.scale);
+  const step = niceAbove(70 / view.scale);
   context.strokeStyle = colour("quiet");
   context.fillStyle = colour("quiet");
   context.lineWidth = 0.8;
@@ -204,10 +198,18 @@ export function planeFigure(options) {
 /**
  * @param {CanvasRenderingContext2D} context
  * @param {PlaneView} view
- * @param {Point[]} corners
+ * @param {Point[]} places
  */
+export function traceWay(context, view, places) {
+  places.forEach(([x, y], i) => context[i === 0 ? "moveTo" : "lineTo"](view.x(x), view.y(y)));
+}
+
+/** The same, closed.
+ * @param {CanvasRenderingContext2D} context
+ * @param {PlaneView} view
+ * @param {Point[]} corners */
 export function tracePolygon(context, view, corners) {
-  corners.forEach(([x, y], i) => context[i === 0 ? "moveTo" : "lineTo"](view.x(x), view.y(y)));
+  traceWay(context, view, corners);
   context.closePath();
 }
 
@@ -248,6 +250,31 @@ export function drawDots(context, view, x_mm, y_mm, radius) {
     }
     context.fill();
   }
+}
+
+/**
+ * A way from place to place; stops have their numbers where there are not too many.
+ * @param {CanvasRenderingContext2D} context
+ * @param {PlaneView} view
+ * @param {Point[]} stops
+ */
+export function drawTour(context, view, stops) {
+  const isNumbered = stops.length <= 150;
+  strokeMark(context, colour("link"), () => traceWay(context, view, stops), isNumbered ? 2 : 1.4);
+  context.font = "10px system-ui, sans-serif";
+  context.textAlign = "center";
+  context.textBaseline = "middle";
+  stops.forEach(([x, y], k) => {
+    context.beginPath();
+    context.arc(view.x(x), view.y(y), isNumbered ? 9 : 2.5, 0, 7);
+    context.fillStyle = colour(k === 0 ? "link" : "paper");
+    context.fill();
+    context.strokeStyle = colour("link");
+    context.lineWidth = 1.6;
+    context.stroke();
+    context.fillStyle = colour(k === 0 ? "paper" : "link");
+    if (isNumbered) context.fillText(String(k + 1), view.x(x), view.y(y) + 0.5);
+  });
 }
 
 /**

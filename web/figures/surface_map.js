@@ -5,8 +5,9 @@ import { columnOf } from "../base/columns.js";
 import { element } from "../base/dom.js";
 import { fixed, micrometres, place, shortest } from "../base/format.js";
 import { word, wordOf } from "../base/words.js";
-import { drawContours, fieldAt, levelDecimals, paintField, roundLevels, widenedField } from "./field.js";
-import { drawDots, extentOf, planeFigure, preparedContext, redrawn, strokeMark, tracePolygon } from "./plane.js";
+import { drawContours, fieldAt, paintField, rangeOf, roundLevels, widenedField } from "./field.js";
+import { drawDots, extentOf, planeFigure, preparedContext, redrawn, strokeMark, tracePolygon, traceWay } from "./plane.js";
+import { decimalsOf } from "./pointed.js";
 
 /** @typedef {import("./plane.js").Point} Point */
 /** @typedef {import("./plane.js").PlaneView} View */
@@ -122,7 +123,7 @@ export function drawBlanks(context, view, voids, border) {
       context.lineWidth = Math.max(1, track.width_mm * view.scale) + wider;
       context.lineCap = context.lineJoin = "round";
       context.beginPath();
-      track.points_mm.forEach((/** @type {Point} */ [x, y], /** @type {number} */ i) => context[i === 0 ? "moveTo" : "lineTo"](view.x(x), view.y(y)));
+      traceWay(context, view, track.points_mm);
       context.stroke();
     }
   }
@@ -147,8 +148,8 @@ export function drawBlanks(context, view, voids, border) {
  */
 function colourBar(low, high, paint, unit) {
   const stops = Array.from({ length: 11 }, (_, i) => `rgb(${paint(low + (i / 10) * (high - low)).join(" ")})`);
-  const decimals = levelDecimals([0, (high - low) / 5]);
-  return element("div", { class: "bar", "aria-hidden": "true" }, fixed(low, decimals),
+  const decimals = decimalsOf((high - low) / 5);
+  return element("div", { class: "colour-bar", "aria-hidden": "true" }, fixed(low, decimals),
     element("span", { style: { background: `linear-gradient(to right, ${stops.join(", ")})` } }), `${fixed(high, decimals)}\u00a0${unit}`);
 }
 
@@ -161,19 +162,12 @@ function colourBar(low, high, paint, unit) {
  */
 export function fieldFigure(options) {
   const { field, paint } = options;
-  let low = Infinity, high = -Infinity;
-  field.values.forEach((value, i) => {
-    if (Number.isNaN(value) || options.isCounted?.(i) === false) return;
-    low = Math.min(low, value);
-    high = Math.max(high, value);
-  });
-  if (!(high >= low)) return null;
-  if (options.isSymmetric) {
-    high = Math.max(Math.abs(low), Math.abs(high));
-    low = -high;
-  }
-  if (high === low) high = low + 1e-3;
-  const wide = widenedField(field), levels = roundLevels(low, high, options.n_levels), decimals = levelDecimals(levels);
+  const found = rangeOf(field.values.filter((_, i) => options.isCounted?.(i) !== false));
+  if (!found) return null;
+  const most = Math.max(Math.abs(found[0]), Math.abs(found[1]));
+  const low = options.isSymmetric ? -most : found[0], high = Math.max(low + 1e-3, options.isSymmetric ? most : found[1]);
+  const wide = widenedField(field), levels = roundLevels(low, high, options.n_levels);
+  const decimals = decimalsOf(levels.length > 1 ? levels[1] - levels[0] : high - low);
   const figure = planeFigure({
     extent: extentOf(options.outline), label: options.label, most_px: 460,
     draw: (context, view) => {
@@ -304,12 +298,7 @@ export function residualFigure(zone) {
 export function spaceFigure(zone, heights) {
   const { columns, rows, values } = heights, sources = zone.field.source;
   const isShown = (/** @type {number} */ i) => !Number.isNaN(values[i]) && sources[i] !== "b";
-  let low = Infinity, high = -Infinity;
-  values.forEach((value, i) => {
-    if (!isShown(i)) return;
-    low = Math.min(low, value);
-    high = Math.max(high, value);
-  });
+  const [low, high] = rangeOf(values.filter((_, i) => isShown(i))) ?? [0, 0];
   if (!(high > low)) return null;
   const size = [(columns - 1) * heights.step[0], (rows - 1) * heights.step[1]], across = Math.hypot(size[0], size[1]);
   // A fifth of the panel, in a round factor.

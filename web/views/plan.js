@@ -6,7 +6,7 @@ import { fixed, micrometres, millimetres, percent, place, whole } from "../base/
 import { greatestSigma } from "../base/leverage.js";
 import { word, wordOf } from "../base/words.js";
 import { inForce, leverageFigure, timesText, Trial } from "../figures/leverage_map.js";
-import { extentOf, planeFigure, strokeMark } from "../figures/plane.js";
+import { drawTour, extentOf, planeFigure, strokeMark, traceWay } from "../figures/plane.js";
 
 /** @typedef {import("../figures/plane.js").Point} Point */
 /** @typedef {import("../figures/plane.js").PlaneView} View */
@@ -158,33 +158,14 @@ function visitSection(facts) {
   const n = visits.x_mm.length;
   if (n < 2) return null;
   const places = /** @type {Point[]} */ (visits.x_mm.map((/** @type {number} */ x, /** @type {number} */ i) => [x, visits.y_mm[i]]));
-  const written = places.map((_, i) => i);
   let order = visits.free;
-  const way = (/** @type {CanvasRenderingContext2D} */ context, /** @type {View} */ view, /** @type {number[]} */ stops) =>
-    stops.forEach((i, k) => context[k === 0 ? "moveTo" : "lineTo"](view.x(places[i][0]), view.y(places[i][1])));
   const figure = planeFigure({
     extent: extentOf(places), label: word("plan_visits"), most_px: 480,
     draw: (context, view) => {
       context.setLineDash([2, 5]);
-      strokeMark(context, colour("quiet"), () => way(context, view, written), 1.4);
+      strokeMark(context, colour("quiet"), () => traceWay(context, view, places), 1.4);
       context.setLineDash([]);
-      strokeMark(context, colour("link"), () => way(context, view, order), 2);
-      order.forEach((/** @type {number} */ i, /** @type {number} */ k) => {
-        const x = view.x(places[i][0]), y = view.y(places[i][1]);
-        context.beginPath();
-        context.arc(x, y, n > 80 ? 2.5 : 9, 0, 7);
-        context.fillStyle = colour(k === 0 ? "link" : "paper");
-        context.fill();
-        context.strokeStyle = colour("link");
-        context.lineWidth = 1.6;
-        context.stroke();
-        if (n > 80) return;
-        context.font = "10px system-ui, sans-serif";
-        context.textAlign = "center";
-        context.textBaseline = "middle";
-        context.fillStyle = colour(k === 0 ? "paper" : "link");
-        context.fillText(String(k + 1), x, y + 0.5);
-      });
+      drawTour(context, view, order.map((/** @type {number} */ i) => places[i]));
     },
     hint: (at, view) => {
       const k = order.findIndex((/** @type {number} */ i) => Math.hypot(places[i][0] - at[0], places[i][1] - at[1]) < reachOfStop_px / view.scale);

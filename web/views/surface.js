@@ -6,7 +6,7 @@ import { element, section, table, tile } from "../base/dom.js";
 import { fixed, micrometres, millimetres, percent, place, probability, whole, withSigma } from "../base/format.js";
 import { word } from "../base/words.js";
 import { fieldAt, fieldOf } from "../figures/field.js";
-import { drawDots, strokeMark } from "../figures/plane.js";
+import { drawDots, drawTour, strokeMark } from "../figures/plane.js";
 import { drawBlanks, drawCrosses, drawProbes, fieldFigure, fromLowToHigh, residualFigure, spaceFigure, zoneFigure } from "../figures/surface_map.js";
 
 /** @typedef {import("../figures/plane.js").Point} Point */
@@ -149,22 +149,7 @@ function planPage(facts) {
         drawBlanks(context, view, facts.voids, facts.border_mm);
         drawDots(context, view, x_mm, y_mm, 0.6);
         drawProbes(context, view, facts.present_mm, true);
-        strokeMark(context, colour("link"), () => stops.forEach(([x, y], k) => context[k === 0 ? "moveTo" : "lineTo"](view.x(x), view.y(y))), 1.4);
-        stops.forEach(([x, y], k) => {
-          context.beginPath();
-          context.arc(view.x(x), view.y(y), stops.length > 150 ? 3 : 9, 0, 7);
-          context.fillStyle = colour(k === 0 ? "link" : "paper");
-          context.fill();
-          context.strokeStyle = colour("link");
-          context.lineWidth = 1.6;
-          context.stroke();
-          if (stops.length > 150) return;
-          context.font = "10px system-ui, sans-serif";
-          context.textAlign = "center";
-          context.textBaseline = "middle";
-          context.fillStyle = colour(k === 0 ? "paper" : "link");
-          context.fillText(String(k + 1), view.x(x), view.y(y) + 0.5);
-        });
+        drawTour(context, view, stops);
       },
       hint: (at) => {
         const value = fieldAt(field, at);
