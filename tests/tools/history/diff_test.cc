@@ -263,7 +263,8 @@ TEST(HistoryDiff, TextAndFactsAgree) {
   // A place that targets correct moves by all of it, the others not at all.
   ASSERT_GT(json["sample"].size(), 2U);
   for (const facts::Json& one : json["sample"]) {
-    const double length_mm = std::hypot(one["shift_mm"][0], one["shift_mm"][1]);
+    const double length_mm =
+        std::hypot(one["shift_mm"][0].get<double>(), one["shift_mm"][1].get<double>());
     EXPECT_TRUE(length_mm == 0 || std::abs(length_mm - 0.005) < 1e-9) << one;
   }
 }
