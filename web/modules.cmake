@@ -15,6 +15,14 @@ set(PANELCAL_WEB_MODULES
     figures/field.js
     figures/leverage_map.js
     figures/surface_map.js
+    figures/place_index.js
+    figures/map_colours.js
+    figures/job_map.js
+    figures/target_picture.js
+    figures/arrows.js
+    figures/job_charts.js
+    views/job_targets.js
+    views/job_fits.js
     views/job.js
     views/plan.js
     views/surface.js

@@ -104,6 +104,9 @@ class Ledger {
 
   /// In the order of their ids.
   Expected<std::vector<LedgerEntry>> list(const LedgerFilter& filter) const;
+  /// All of a key, or only this number of the newest.
+  Expected<std::vector<LedgerEntry>> list(const LedgerKey& key,
+                                          std::optional<std::size_t> last = {}) const;
   /// The same one at a time, for ledgers larger than the memory.
   Expected<void> for_each(const LedgerFilter& filter,
                           const std::function<Expected<void>(const LedgerEntry&)>& visit) const;

@@ -37,6 +37,11 @@ Expected<std::vector<LedgerEntry>> Ledger::list(const LedgerFilter& filter) cons
   return entries;
 }
 
+Expected<std::vector<LedgerEntry>> Ledger::list(const LedgerKey& key,
+                                                std::optional<std::size_t> last) const {
+  return list(LedgerFilter{key.machine, key.kind, key.subject, {}, last});
+}
+
 Expected<LedgerEntry> Ledger::entry(std::int64_t id) const {
   return internal::entry_of(*connection_, id);
 }

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "machine/calibrate/kinds/kinds.h"
 #include "machine/calibrate/spindle/calibration.h"
 #include "machine/calibrate/spindle/coupon.h"
 #include "machine/check/calibration_ages.h"
@@ -13,7 +14,6 @@
 #include "machine/check/vision_rules.h"
 #include "machine/config/plate/plate.h"
 #include "machine/look/mark_sights.h"
-#include "machine/nightly/calibrations/night_calibrations.h"
 #include "machine/nightly/checks/mark_look.h"
 #include "machine/nightly/record/noted_heads.h"
 #include "machine/plate/pictures.h"
@@ -53,7 +53,7 @@ void check_calibration(const MachineConfig& config,
   alone.calibrate = {kind};
   const auto calibrations = NightCalibrations::make(config, alone);
   if (!calibrations) return log.add(calibrations.error());
-  for (const NightCalibration* calibration : calibrations->all()) {
+  for (const Calibration* calibration : calibrations->all()) {
     const auto checked = calibration->check();
     if (!checked) log.add(checked.error());
   }

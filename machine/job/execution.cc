@@ -85,6 +85,10 @@ Expected<void> JobExecution::open() {
     ends_.push_back(&job_check_);
     if (walk.board.map != nullptr) ends_.push_back(&surface_use_.emplace());
     if (job_.finds_worst_place) ends_.push_back(&worst_hole_);
+    if (job_.keeps_places) {
+      places_ = std::make_unique<PlaceTable>();
+      ends_.push_back(places_.get());
+    }
     if (job_.truth) {
       truth_ = std::make_unique<TruthComparison>(*job_.truth, survey_, walk.uncertainty);
       ends_.push_back(truth_.get());
@@ -184,6 +188,7 @@ void JobExecution::finish(DiagnosticLog working_log,
   result.verdict = std::move(verdict_);
   result.depth = std::move(depth_);
   result.truth = std::move(truth_);
+  result.places = std::move(places_);
 }
 
 }  // namespace panelcal::internal

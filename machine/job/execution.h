@@ -87,6 +87,7 @@ class JobExecution final : public OperationSink {
   JobCheck job_check_;
   std::optional<SurfaceUse> surface_use_;
   WorstHole worst_hole_;
+  std::unique_ptr<PlaceTable> places_;
   std::unique_ptr<JobVerdict> verdict_;
   std::unique_ptr<DepthVerdict> depth_;
   std::unique_ptr<TruthComparison> truth_;

@@ -50,6 +50,7 @@ struct Job {
   /// A job that gates or tolerances refuse is written all the same.
   bool force = false;
   bool compares_models = false;    ///< the report shows the models that were not taken
+  bool keeps_places = false;       ///< JobResult::places is wanted: memory grows with the job
   bool finds_worst_place = false;  ///< JobResult::worst_hole and worst_number are wanted
   std::int64_t max_operations = kUsualMaxOperations;
   /// Z axis of the probes that `surface` is made of, from 0; the spindle that drills has to have

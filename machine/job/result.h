@@ -7,6 +7,7 @@
 #include <string>
 
 #include "calib/base/diagnostic.h"
+#include "machine/job/summary/place_table.h"
 #include "machine/job/summary/truth_comparison.h"
 #include "machine/job/summary/worst_hole.h"
 #include "program/judge/depth_verdict.h"
@@ -32,6 +33,7 @@ struct JobResult {
   std::optional<SurfaceUse> surface_use;  ///< the part of Job::surface in the depths
   /// Null without Job::truth, which has to outlive it.
   std::unique_ptr<TruthComparison> truth;
+  std::unique_ptr<PlaceTable> places;    ///< of the corrected job; null without Job::keeps_places
   std::string explanation;               ///< of Job::explain; empty if there is no such place
   std::optional<HoleBudget> worst_hole;  ///< likeliest to break its tolerance, or least certain
   /// Of the worst place that a warning names, by which Job::explain knows it, where its line does

@@ -138,19 +138,6 @@ class SightCollector {
   MarkSights sights_;
 };
 
-Expected<void> check_sight_travel(const MachineConfig& config,
-                                  const Position<frame::Machine>& spindle) {
-  if (is_in_travel(config, spindle)) return {};
-  const Eigen::Vector2d& p_mm = spindle.in_mm();
-  return sight_refused(
-      Code::TravelExceeded,
-      config,
-      fmt::format("a calibration of the camera sends the spindle to ({:.3f}, {:.3f}) mm",
-                  p_mm.x(),
-                  p_mm.y()),
-      "places within [machine] travel");
-}
-
 /// The pixels at which the mark is shown, in rows to and fro.
 std::vector<Eigen::Vector2d> lattice_px(const CameraCalibration& camera,
                                         double margin_px,
@@ -185,8 +172,13 @@ class Driver {
     return spindle - displacement_mm<frame::Machine>(Eigen::Vector2d::Constant(approach_.in_mm()));
   }
   Expected<void> check(const Position<frame::Machine>& spindle) const {
-    PANELCAL_CHECK(check_sight_travel(config_, start_of(spindle)));
-    return check_sight_travel(config_, spindle);
+    for (const Position<frame::Machine>& stop : {start_of(spindle), spindle}) {
+      PANELCAL_CHECK(check_travel(config_,
+                                  stop,
+                                  {config_.file.string(), 0, 0},
+                                  "a calibration of the camera sends the spindle to"));
+    }
+    return {};
   }
 
   struct Taken {
@@ -284,6 +276,19 @@ bool is_in_travel(const MachineConfig& config, const Position<frame::Machine>& s
   if (!p_mm.allFinite()) return false;
   return !config.travel || ((p_mm - config.travel->low.in_mm()).minCoeff() >= 0 &&
                             (config.travel->high.in_mm() - p_mm).minCoeff() >= 0);
+}
+
+Expected<void> check_travel(const MachineConfig& config,
+                            const Position<frame::Machine>& spindle,
+                            Place at,
+                            std::string_view what,
+                            std::string expected) {
+  if (is_in_travel(config, spindle)) return {};
+  const Eigen::Vector2d& p_mm = spindle.in_mm();
+  return failure({Code::TravelExceeded,
+                  std::move(at),
+                  fmt::format("{} ({:.3f}, {:.3f}) mm", what, p_mm.x(), p_mm.y()),
+                  std::move(expected)});
 }
 
 Expected<MarkSights> look_at_mark(const MachineConfig& config,

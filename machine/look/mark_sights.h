@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "calib/base/expected.h"
@@ -50,6 +51,15 @@ const CameraCalibration* camera_at(const MachineConfig& config, const std::optio
 
 /// True if [machine] travel lets the spindle go there.
 bool is_in_travel(const MachineConfig& config, const Position<frame::Machine>& spindle);
+/// Checks that it does.
+///
+/// In     at: of the message; what: "a calibration of the camera sends the spindle to"
+/// Fails  travel-exceeded
+Expected<void> check_travel(const MachineConfig& config,
+                            const Position<frame::Machine>& spindle,
+                            Place at,
+                            std::string_view what,
+                            std::string expected = "places within [machine] travel");
 
 /// Drives a mark over the whole picture: a lattice of pixels, each come to from the same side, so
 /// that backlash is in all views alike and in none of the camera.

@@ -278,14 +278,9 @@ Length outer_radius(const Target& target, const CameraMapping& mapping) {
       // Its place may be at its very corner.
       return mm(std::hypot(size_mm, height_mm));
     }
-    case Shape::Disc:
-    case Shape::Hole:
-    case Shape::Ring:
-    case Shape::Cross:
-    case Shape::Slot:
-      break;
+    default:
+      return mm(size_mm / 2);
   }
-  return mm(size_mm / 2);
 }
 
 Expected<void> PictureLocator::check_picture(const MeasurementRequest& request,

@@ -36,13 +36,8 @@ class PlaceViews final : public ViewTaker {
       : config_(config), devices_(devices) {}
 
   Expected<void> check(const Position<frame::Machine>& spindle) const {
-    if (is_in_travel(config_, spindle)) return {};
-    const Eigen::Vector2d& p_mm = spindle.in_mm();
-    return trial_refused(
-        Code::TravelExceeded,
-        config_,
-        fmt::format("the spindle would have to go to ({:.3f}, {:.3f}) mm", p_mm.x(), p_mm.y()),
-        "places within [machine] travel");
+    return check_travel(
+        config_, spindle, {config_.file.string(), 0, 0}, "the spindle would have to go to");
   }
 
   Expected<void> set(CameraSetting setting, double value) {

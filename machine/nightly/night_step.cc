@@ -16,7 +16,7 @@
 namespace panelcal {
 namespace {
 
-NightStep begin_step(const NightCalibration& calibration) {
+NightStep begin_step(const Calibration& calibration) {
   const LedgerKey key = calibration.key();
   NightStep step;
   step.kind = std::string(word(key.kind));
@@ -49,7 +49,7 @@ void say(const NightContext& context, const std::string& line) {
 
 /// Value with which holes are drilled: of the ledger, or where that has nothing, of the files.
 std::optional<Eigen::VectorXd> in_force_of(const NightHistory& history,
-                                           const NightCalibration& calibration) {
+                                           const Calibration& calibration) {
   if (history.in_force_value) return history.in_force_value->value;
   return calibration.present();
 }
@@ -153,7 +153,8 @@ std::string ahead_text(const NightHistory& history,
 /// Everything about one calibration of one night.
 class Step {
  public:
-  Step(const NightContext& context, NightCalibration& calibration, Ledger& ledger)
+  /// In     ledger: null where there is none yet, to foresee
+  Step(const NightContext& context, Calibration& calibration, Ledger* ledger)
       : context_(context),
         calibration_(calibration),
         ledger_(ledger),
@@ -170,15 +171,45 @@ class Step {
     return std::move(step_);
   }
 
+  /// What there is, and what would be done.
+  NightStep foresee() {
+    step_.state = NightState::WouldRun;
+    Expected<void> done = look_ahead();
+    if (!done) return fail(std::move(step_), std::move(done).error());
+    return std::move(step_);
+  }
+
  private:
   std::string title() const { return step_.kind + " " + step_.subject; }
+
+  Expected<void> look_ahead() {
+    PANELCAL_CHECK(look_back());
+    step_.summary = is_done_before()
+                        ? "this night has done it already: nothing would be measured"
+                        : "would be measured, judged and, if every gate passes, installed";
+    std::string obstacle;
+    if (history_.ahead) {
+      obstacle = ahead_text(history_, calibration_.key(), context_.job.config.ledger_file);
+    }
+    if (!context_.no_measuring.empty()) obstacle = context_.no_measuring;
+    if (!obstacle.empty()) step_.summary = "would not be measured: " + obstacle;
+    DriftPoint point;
+    point.time = words_.date;
+    point.is_left_out = true;
+    return fill_outlook(history_, {point, false}, in_force_, context_.nightly, step_);
+  }
 
   Expected<void> look_back() {
     words_ = {.date = context_.job.clock(),
               .asked_by = context_.job.asked_by,
               .software = context_.job.software,
               .temperature_degC = context_.temperature_c};
-    PANELCAL_TRY(history_, read_night_history(ledger_, calibration_, context_.night, words_.date));
+    if (ledger_ != nullptr) {
+      PANELCAL_TRY(history_,
+                   read_night_history(*ledger_, calibration_, context_.night, words_.date));
+    } else {
+      history_.series = {calibration_.axes(), calibration_.unit(), {}};
+    }
     accept_moves_by_hand(history_, context_.nightly.limits.change);
     in_force_ = in_force_of(history_, calibration_);
     fill_old(history_, in_force_, step_);
@@ -243,7 +274,7 @@ class Step {
       return decide_without({Code::CalibrationData, {}, context_.no_measuring, ""}, false);
     }
     say(context_, title() + ": measuring");
-    Expected<NightMeasurement> found = calibration_.measure(context_.job.devices, words_);
+    Expected<CalibrationResult> found = calibration_.measure(context_.job.devices, words_);
     if (!found && is_of_a_device(found.error())) return failure(std::move(found).error());
     if (!found) {
       // A problem before anything is measured (no coupon is left) leaves the night open.
@@ -326,7 +357,7 @@ class Step {
   }
 
   /// The entry and its companion, both or none.
-  Expected<void> record(LedgerDraft draft, const NightMeasurement* measurement) {
+  Expected<void> record(LedgerDraft draft, const CalibrationResult* measurement) {
     LedgerRecord& record = draft.record;
     const bool installs = step_.state == NightState::Installed;
     record.verdict = installs ? LedgerVerdict::Installed : LedgerVerdict::Refused;
@@ -336,17 +367,19 @@ class Step {
     record.temperature_degC = words_.temperature_degC;
     // If another one was installed since, tonight was judged against the wrong one.
     if (installs && history_.in_force) record.replaces = history_.in_force->id;
-    if (measurement != nullptr) PANELCAL_CHECK(note_head(ledger_, draft));
+    if (measurement != nullptr && calibration_.has_file()) {
+      PANELCAL_CHECK(note_head(*ledger_, draft));
+    }
     PANELCAL_TRY(const int used_up, calibration_.used_up());
     LedgerDraft companion =
         companion_draft(record, context_.night, measurement, used_up, step_.state, step_.summary);
     const std::array<LedgerDraft, 2> drafts = {std::move(draft), std::move(companion)};
-    PANELCAL_TRY(const std::vector<LedgerEntry> entries, ledger_.append_all(drafts));
+    PANELCAL_TRY(const std::vector<LedgerEntry> entries, ledger_->append_all(drafts));
     step_.ledger_id = entries.front().id;
     if (!installs) return {};
     step_.in_force_id = entries.front().id;
     in_force_ = measurement->result.point.value;
-    const Expected<bool> written = calibration_.install(ledger_);
+    const Expected<bool> written = calibration_.install(*ledger_);
     if (written) return {};
     Diagnostic problem = written.error();
     problem.what = fmt::format(
@@ -360,71 +393,36 @@ class Step {
   }
 
   const NightContext& context_;
-  NightCalibration& calibration_;
-  Ledger& ledger_;
+  Calibration& calibration_;
+  Ledger* ledger_;
   NightStep step_;
   NightHistory history_;
   RecordWords words_;
-  NightMeasurement measurement_;
+  CalibrationResult measurement_;
   std::optional<Eigen::VectorXd> in_force_;
   DriftPoint point_;
 };
 
-Expected<void> foresee(const NightContext& context,
-                       const NightCalibration& calibration,
-                       const Ledger* ledger,
-                       NightStep& step) {
-  const std::chrono::sys_seconds now = context.job.clock();
-  NightHistory history;
-  history.series = {calibration.axes(), calibration.unit(), {}};
-  if (ledger != nullptr) {
-    PANELCAL_TRY(history, read_night_history(*ledger, calibration, context.night, now));
-  }
-  accept_moves_by_hand(history, context.nightly.limits.change);
-  const auto in_force = in_force_of(history, calibration);
-  fill_old(history, in_force, step);
-  const bool is_done = history.tonight && !context.job.is_again;
-  step.summary = is_done ? "this night has done it already: nothing would be measured"
-                         : "would be measured, judged and, if every gate passes, installed";
-  if (history.ahead) {
-    step.summary = "would not be measured: " +
-                   ahead_text(history, calibration.key(), context.job.config.ledger_file);
-  }
-  if (!context.no_measuring.empty()) {
-    step.summary = "would not be measured: " + context.no_measuring;
-  }
-  DriftPoint point;
-  point.time = now;
-  point.is_left_out = true;
-  return fill_outlook(history, {point, false}, in_force, context.nightly, step);
-}
-
 }  // namespace
 
-NightStep run_night_step(const NightContext& context,
-                         NightCalibration& calibration,
-                         Ledger& ledger) {
-  return Step(context, calibration, ledger).run();
+NightStep run_night_step(const NightContext& context, Calibration& calibration, Ledger& ledger) {
+  return Step(context, calibration, &ledger).run();
 }
 
 NightStep foresee_night_step(const NightContext& context,
-                             const NightCalibration& calibration,
-                             const Ledger* ledger) {
-  NightStep step = begin_step(calibration);
-  step.state = NightState::WouldRun;
-  Expected<void> done = foresee(context, calibration, ledger, step);
-  if (!done) return fail(std::move(step), std::move(done).error());
-  return step;
+                             Calibration& calibration,
+                             Ledger* ledger) {
+  return Step(context, calibration, ledger).foresee();
 }
 
-NightStep unreached_night_step(const NightCalibration& calibration, const std::string& why) {
+NightStep unreached_night_step(const Calibration& calibration, const std::string& why) {
   NightStep step = begin_step(calibration);
   step.state = NightState::NotReached;
   step.summary = "not begun: " + why;
   return step;
 }
 
-NightStep held_night_step(const NightCalibration& calibration, const std::string& why) {
+NightStep held_night_step(const Calibration& calibration, const std::string& why) {
   NightStep step = unreached_night_step(calibration, why);
   step.state = NightState::Held;
   return step;

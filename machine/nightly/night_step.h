@@ -6,7 +6,7 @@
 
 #include "calib/base/expected.h"
 #include "calib/ledger/ledger.h"
-#include "machine/nightly/record/night_calibration.h"
+#include "machine/calibrate/calibration.h"
 #include "machine/nightly/record/night_history.h"
 #include "machine/nightly/record/night_job.h"
 #include "machine/nightly/record/night_record.h"
@@ -29,20 +29,16 @@ struct NightContext {
 
 /// Makes one calibration of a night, from the history to the written file. Whatever fails is in the
 /// step.
-NightStep run_night_step(const NightContext& context,
-                         NightCalibration& calibration,
-                         Ledger& ledger);
+NightStep run_night_step(const NightContext& context, Calibration& calibration, Ledger& ledger);
 
 /// The same without moving or writing anything: what there is, and what would be done.
 ///
 /// In     ledger: nullptr where there is none yet
-NightStep foresee_night_step(const NightContext& context,
-                             const NightCalibration& calibration,
-                             const Ledger* ledger);
+NightStep foresee_night_step(const NightContext& context, Calibration& calibration, Ledger* ledger);
 
 /// One that is not begun because another has failed.
-NightStep unreached_night_step(const NightCalibration& calibration, const std::string& why);
+NightStep unreached_night_step(const Calibration& calibration, const std::string& why);
 /// One that is not begun because a person has to see to something first.
-NightStep held_night_step(const NightCalibration& calibration, const std::string& why);
+NightStep held_night_step(const Calibration& calibration, const std::string& why);
 
 }  // namespace panelcal

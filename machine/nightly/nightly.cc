@@ -12,6 +12,7 @@
 #include "calib/base/interruption.h"
 #include "calib/drift/amount.h"
 #include "machine/calibrate/calibration_record.h"
+#include "machine/calibrate/kinds/kinds.h"
 #include "machine/devices/cameras/camera_settings.h"
 #include "machine/nightly/checks/self_test.h"
 #include "machine/nightly/checks/warm_up.h"
@@ -33,12 +34,18 @@ constexpr std::chrono::days kLongestPause(400);
 /// One run, from the lock to the record.
 class Night {
  public:
-  Night(const NightJob& job, std::span<NightCalibration* const> calibrations)
-      : job_(job), calibrations_(calibrations.begin(), calibrations.end()), nightly_(job.nightly) {
+  /// In     config: the job's, or the copy of it that the calibrations share
+  Night(const NightJob& job,
+        const MachineConfig& config,
+        std::span<Calibration* const> calibrations)
+      : job_(job),
+        config_(config),
+        calibrations_(calibrations.begin(), calibrations.end()),
+        nightly_(job.nightly) {
     nightly_.watch.nights_per_false_alarm *= n_charts();
-    record_.machine = machine_name(job.config);
-    record_.config_file = job.config.file;
-    record_.ledger_file = job.config.ledger_file;
+    record_.machine = machine_name(config);
+    record_.config_file = config.file;
+    record_.ledger_file = config.ledger_file;
     record_.started = job.clock();
     record_.night = night_of(record_.started, job.nightly.noon_utc_h);
     record_.software = job.software;
@@ -50,21 +57,28 @@ class Night {
   Expected<NightRecord> run() {
     PANELCAL_CHECK(check_config());
     read_the_temperature();
-    if (job_.is_dry_run) return foresee();
     std::optional<NightLock> own;
-    if (job_.lock == nullptr) {
-      PANELCAL_TRY(NightLock taken, NightLock::take(job_.config.ledger_file, record_.started));
-      own.emplace(std::move(taken));
+    std::optional<Ledger> ledger;
+    if (job_.is_dry_run) {
+      PANELCAL_TRY(ledger, look_at_ledger());
+    } else {
+      if (job_.lock == nullptr) {
+        PANELCAL_TRY(NightLock taken, NightLock::take(config_.ledger_file, record_.started));
+        own.emplace(std::move(taken));
+      }
+      note_cut_off(own ? *own : *job_.lock);
+      PANELCAL_TRY(ledger,
+                   open_night_ledger(files(), job_.clock, record_.machine, words(), record_.notes));
+      PANELCAL_CHECK(check_clock(*ledger));
+      PANELCAL_CHECK(note_lost(*ledger));
     }
-    note_cut_off(own ? *own : *job_.lock);
-    PANELCAL_TRY(Ledger ledger,
-                 open_night_ledger(files(), job_.clock, record_.machine, words(), record_.notes));
-    PANELCAL_CHECK(check_clock(ledger));
-    PANELCAL_CHECK(note_lost(ledger));
-    repair(ledger);
-    warm_up_and_test(ledger);
-    run_steps(ledger);
-    PANELCAL_CHECK(finish(ledger));
+    if (ledger) repair(*ledger);
+    if (!job_.is_dry_run) warm_up_and_test(*ledger);
+    run_steps(ledger ? &*ledger : nullptr);
+    if (ledger) PANELCAL_CHECK(look_back(*ledger));
+    record_.finished = job_.clock();
+    fill_verdict(record_);
+    if (!job_.is_dry_run) PANELCAL_CHECK(finish(*ledger));
     return std::move(record_);
   }
 
@@ -72,7 +86,7 @@ class Night {
   /// All that may alarm falsely: each has its share of the rate that is stated for them together.
   int n_charts() const {
     int n = nightly_.mark ? kMarkQualities : 0;
-    for (const NightCalibration* calibration : calibrations_) n += 1 + calibration->n_qualities();
+    for (const Calibration* calibration : calibrations_) n += 1 + calibration->n_qualities();
     return std::max(1, n);
   }
 
@@ -88,9 +102,9 @@ class Night {
 
   /// A mistake in machine.toml shows before anything moves or is written.
   Expected<void> check_config() {
-    if (job_.config.ledger_file.empty()) {
+    if (config_.ledger_file.empty()) {
       return failure({Code::ConfigValue,
-                      {job_.config.file.string(), 0, 0},
+                      {config_.file.string(), 0, 0},
                       "there is no [ledger] to record the night in",
                       "[ledger] file"});
     }
@@ -98,11 +112,11 @@ class Night {
     PANELCAL_CHECK(job_.nightly.drift.validate());
     PANELCAL_CHECK(job_.nightly.watch.validate());
     PANELCAL_CHECK(nightly_.watch.validate());
-    for (const NightCalibration* calibration : calibrations_) {
+    for (const Calibration* calibration : calibrations_) {
       PANELCAL_TRY(std::vector<SelfTestCheck> checks, calibration->check());
       std::ranges::move(checks, std::back_inserter(record_.checks));
     }
-    record_.checks.push_back(check_disk(job_.config.ledger_file, job_.nightly.min_disk_mb));
+    record_.checks.push_back(check_disk(config_.ledger_file, job_.nightly.min_disk_mb));
     return {};
   }
 
@@ -118,7 +132,7 @@ class Night {
     }
   }
 
-  NightFiles files() const { return night_files_of(job_.config, job_.nightly); }
+  NightFiles files() const { return night_files_of(config_, job_.nightly); }
 
   RecordWords words() const {
     return {.date = job_.clock(),
@@ -138,7 +152,7 @@ class Night {
         std::chrono::floor<std::chrono::days>(record_.started - newest.back().time);
     if (pause <= kLongestPause) return {};
     return failure({Code::LedgerEntryInvalid,
-                    {job_.config.ledger_file.string(), 0, 0},
+                    {config_.ledger_file.string(), 0, 0},
                     fmt::format("the clock says {}, {} days after the newest entry of {}",
                                 iso_8601(record_.started),
                                 pause.count(),
@@ -148,7 +162,7 @@ class Night {
 
   /// Records what a run that was cut off has used up.
   Expected<void> note_lost(const Ledger& ledger) {
-    for (const NightCalibration* calibration : calibrations_) {
+    for (const Calibration* calibration : calibrations_) {
       PANELCAL_TRY(const NightHistory history,
                    read_night_history(ledger, *calibration, record_.night, record_.started));
       if (history.is_unconfirmed) {
@@ -170,14 +184,21 @@ class Night {
   /// Files of installations that were interrupted. What a person has put there is neither written
   /// over nor passed over: the night is held.
   void repair(const Ledger& ledger) {
-    for (NightCalibration* calibration : calibrations_) {
+    for (Calibration* calibration : calibrations_) {
+      const Expected<bool> is_there = calibration->is_installed(ledger);
       const Expected<std::string> by_hand = calibration->by_hand(ledger);
-      if (by_hand && !by_hand->empty()) {
+      if (by_hand && !by_hand->empty() && !(job_.is_dry_run && is_there && *is_there)) {
         held_ = past_the_ledger(*calibration, *by_hand);
         continue;
       }
-      const Expected<bool> written = calibration->install(ledger);
       const std::string file = quoted(calibration->file().string(), 200);
+      if (job_.is_dry_run) {
+        if (is_there && *is_there) continue;
+        record_.notes.push_back(fmt::format(
+            "{} is not the calibration in force: it would be written again from the ledger", file));
+        continue;
+      }
+      const Expected<bool> written = calibration->install(ledger);
       if (written && !*written) continue;
       record_.notes.push_back(
           written ? fmt::format(
@@ -187,7 +208,7 @@ class Night {
     }
   }
 
-  static std::string past_the_ledger(const NightCalibration& calibration, const std::string& what) {
+  static std::string past_the_ledger(const Calibration& calibration, const std::string& what) {
     return fmt::format(
         "{}: {} is not in the ledger: if the ledger is an older copy, put the newest back; else "
         "move the file away, and the next run writes it again from the ledger; or, to keep it, "
@@ -203,9 +224,9 @@ class Night {
     if (!blocked_.empty() || !held_.empty() || is_nothing_to_measure(ledger)) return;
     if (job_.nightly.warm_up > seconds(0)) say("warming up");
     // Before the mark is looked at for the first time.
-    const Expected<void> set = set_camera_as_stated(job_.config, job_.devices);
+    const Expected<void> set = set_camera_as_stated(config_, job_.devices);
     if (!set) return block(set.error());
-    Expected<WarmUpRun> warm = warm_up(job_.config, job_.nightly, job_.devices, job_.clock);
+    Expected<WarmUpRun> warm = warm_up(config_, job_.nightly, job_.devices, job_.clock);
     if (!warm) return block(warm.error());
     record_.warmed_up = warm->waited;
     if (warm->seen) {
@@ -237,7 +258,7 @@ class Night {
   }
 
   Expected<void> test_and_record(Ledger& ledger) {
-    PANELCAL_TRY(MarkLooks looks, test_mark(job_.config, job_.nightly, job_.devices));
+    PANELCAL_TRY(MarkLooks looks, test_mark(config_, job_.nightly, job_.devices));
     looks.quality.time = job_.clock();
     PANELCAL_TRY(const SelfTestHistory history,
                  read_self_tests(ledger, record_.machine, looks.quality.time));
@@ -270,8 +291,16 @@ class Night {
     return {};
   }
 
-  void run_steps(Ledger& ledger) {
-    for (NightCalibration* calibration : calibrations_) {
+  NightStep next_step(const NightContext& context, Calibration& calibration, Ledger* ledger) const {
+    if (!blocked_.empty()) return unreached_night_step(calibration, blocked_);
+    if (!held_.empty()) return held_night_step(calibration, held_);
+    if (job_.is_dry_run) return foresee_night_step(context, calibration, ledger);
+    return run_night_step(context, calibration, *ledger);
+  }
+
+  /// In     ledger: null where a dry run found none
+  void run_steps(Ledger* ledger) {
+    for (Calibration* calibration : calibrations_) {
       if (const Expected<void> goes_on = check_interruption(); !goes_on && blocked_.empty()) {
         blocked_ = "interrupted: " + goes_on.error().what;
       }
@@ -282,21 +311,16 @@ class Night {
       } else if (no_measuring_.empty()) {
         context.no_measuring = bad_pictures_;
       }
-      if (blocked_.empty() && !held_.empty()) {
-        record_.steps.push_back(held_night_step(*calibration, held_));
-        continue;
-      }
-      record_.steps.push_back(blocked_.empty() ? run_night_step(context, *calibration, ledger)
-                                               : unreached_night_step(*calibration, blocked_));
+      record_.steps.push_back(next_step(context, *calibration, ledger));
       const NightStep& step = record_.steps.back();
-      if (step.state == NightState::Failed) blocked_ = step.summary;
+      if (step.state == NightState::Failed && !job_.is_dry_run) blocked_ = step.summary;
       record_.is_resumed = record_.is_resumed || step.is_from_earlier_run;
     }
   }
 
   /// Checks what only a person can put there.
   Expected<void> check_machine_toml(const Ledger& ledger) {
-    for (const NightCalibration* calibration : calibrations_) {
+    for (const Calibration* calibration : calibrations_) {
       SelfTestCheck check;
       PANELCAL_TRY(check.text, calibration->stated_otherwise(ledger));
       if (check.text.empty()) continue;
@@ -307,11 +331,18 @@ class Night {
     return {};
   }
 
-  Expected<void> finish(Ledger& ledger) {
+  /// What the ledger says when all is done.
+  Expected<void> look_back(const Ledger& ledger) {
+    if (job_.is_dry_run) PANELCAL_CHECK(check_clock(ledger));
     fill_changes(ledger);
     PANELCAL_CHECK(check_machine_toml(ledger));
-    record_.finished = job_.clock();
-    fill_verdict(record_);
+    if (!job_.is_dry_run) return {};
+    PANELCAL_TRY(std::string words, last_warm_up(ledger, record_.machine));
+    if (!words.empty()) record_.notes.push_back(std::move(words));
+    return {};
+  }
+
+  Expected<void> finish(Ledger& ledger) {
     PANELCAL_TRY(const bool is_recorded, is_night_recorded(ledger));
     if (!is_recorded) {
       const Expected<LedgerEntry> entry = ledger.append(night_draft(record_, record_.machine));
@@ -333,12 +364,7 @@ class Night {
   Expected<bool> is_night_recorded(const Ledger& ledger) const {
     const bool is_all_done = std::ranges::all_of(record_.steps, &NightStep::is_from_earlier_run);
     if (!is_all_done || record_.steps.empty()) return false;
-    LedgerFilter filter;
-    filter.machine = record_.machine;
-    filter.kind = LedgerKind::Night;
-    filter.subject = "night";
-    filter.last = 1;
-    PANELCAL_TRY(const std::vector<LedgerEntry> last, ledger.list(filter));
+    PANELCAL_TRY(const auto last, ledger.list({record_.machine, LedgerKind::Night, "night"}, 1));
     std::int64_t newest = 0;
     for (const NightStep& step : record_.steps)
       newest = std::max(newest, step.ledger_id.value_or(0));
@@ -346,7 +372,7 @@ class Night {
   }
 
   void fill_changes(const Ledger& ledger) {
-    for (const NightCalibration* calibration : calibrations_) {
+    for (const Calibration* calibration : calibrations_) {
       const auto history = read_night_history(ledger, *calibration, record_.night, record_.started);
       if (!history || !history->week_ago || !history->in_force_value) continue;
       // The very same result has not changed, however uncertain it is.
@@ -370,62 +396,25 @@ class Night {
     }
   }
 
-  Expected<NightRecord> foresee() {
-    const std::string holder = NightLock::holder(job_.config.ledger_file);
+  /// The ledger of a dry run, if there is one.
+  Expected<std::optional<Ledger>> look_at_ledger() {
+    const std::string holder = NightLock::holder(config_.ledger_file);
     if (!holder.empty()) record_.notes.push_back("a night of this machine runs: " + holder);
     std::optional<Ledger> ledger;
     std::error_code ignored;
-    if (std::filesystem::exists(job_.config.ledger_file, ignored)) {
-      PANELCAL_TRY(ledger, Ledger::open_to_read(job_.config.ledger_file));
+    if (std::filesystem::exists(config_.ledger_file, ignored)) {
+      PANELCAL_TRY(ledger, Ledger::open_to_read(config_.ledger_file));
       PANELCAL_TRY(record_.head, ledger->verify());
-      PANELCAL_CHECK(check_noted_heads(files(), &*ledger));
     } else {
-      PANELCAL_CHECK(check_noted_heads(files(), nullptr));
       record_.notes.emplace_back("there is no ledger yet: it would be begun");
     }
-    for (const NightCalibration* calibration : calibrations_) {
-      if (ledger) note_repair(*calibration, *ledger);
-    }
-    for (const NightCalibration* calibration : calibrations_) {
-      const NightlyConfig held_to = calibration->held_to(nightly_);
-      const NightContext context = {job_, held_to, record_.night, record_.temperature_c, ""};
-      if (!held_.empty()) {
-        record_.steps.push_back(held_night_step(*calibration, held_));
-        continue;
-      }
-      record_.steps.push_back(
-          foresee_night_step(context, *calibration, ledger ? &*ledger : nullptr));
-    }
-    if (ledger) PANELCAL_CHECK(check_clock(*ledger));
-    if (ledger) fill_changes(*ledger);
-    if (ledger) PANELCAL_CHECK(check_machine_toml(*ledger));
-    if (ledger) PANELCAL_CHECK(note_last_warm_up(*ledger));
-    record_.finished = job_.clock();
-    fill_verdict(record_);
-    return std::move(record_);
-  }
-
-  Expected<void> note_last_warm_up(const Ledger& ledger) {
-    PANELCAL_TRY(std::string words, last_warm_up(ledger, record_.machine));
-    if (!words.empty()) record_.notes.push_back(std::move(words));
-    return {};
-  }
-
-  void note_repair(const NightCalibration& calibration, const Ledger& ledger) {
-    const Expected<bool> is_installed = calibration.is_installed(ledger);
-    if (is_installed && *is_installed) return;
-    const Expected<std::string> by_hand = calibration.by_hand(ledger);
-    if (by_hand && !by_hand->empty()) {
-      held_ = past_the_ledger(calibration, *by_hand);
-      return;
-    }
-    record_.notes.push_back(
-        fmt::format("{} is not the calibration in force: it would be written again from the ledger",
-                    quoted(calibration.file().string(), 200)));
+    PANELCAL_CHECK(check_noted_heads(files(), ledger ? &*ledger : nullptr));
+    return ledger;
   }
 
   const NightJob& job_;
-  std::vector<NightCalibration*> calibrations_;
+  const MachineConfig& config_;
+  std::vector<Calibration*> calibrations_;
   NightlyConfig nightly_;  ///< job_.nightly, with each chart's own rate of false alarms
   NightRecord record_;
   std::string blocked_;       ///< reason why no further step is begun
@@ -441,9 +430,14 @@ std::string night_of(std::chrono::sys_seconds time, int noon_utc_h) {
   return iso_8601(std::chrono::sys_seconds(day)).substr(0, 10);
 }
 
-Expected<NightRecord> run_nightly(const NightJob& job,
-                                  std::span<NightCalibration* const> calibrations) {
-  return Night(job, calibrations).run();
+Expected<NightRecord> run_nightly(const NightJob& job, std::span<Calibration* const> calibrations) {
+  return Night(job, job.config, calibrations).run();
+}
+
+Expected<NightRecord> run_nightly(const NightJob& job) {
+  PANELCAL_TRY(const NightCalibrations calibrations,
+               NightCalibrations::make(job.config, job.nightly));
+  return Night(job, calibrations.config(), calibrations.all()).run();
 }
 
 }  // namespace panelcal

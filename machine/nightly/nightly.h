@@ -10,10 +10,10 @@
 
 #include "calib/base/clock.h"
 #include "calib/base/expected.h"
+#include "machine/calibrate/calibration.h"
 #include "machine/calibrate/spindle/camera_run.h"
 #include "machine/config/machine_config.h"
 #include "machine/config/settings/nightly_options.h"
-#include "machine/nightly/record/night_calibration.h"
 #include "machine/nightly/record/night_job.h"
 #include "machine/nightly/record/night_lock.h"
 #include "machine/nightly/record/night_record.h"
@@ -39,8 +39,7 @@ namespace panelcal {
 Expected<NightRecord> run_nightly(const NightJob& job);
 
 /// The same with calibrations of the caller's, in their order, instead of [nightly] calibrate.
-Expected<NightRecord> run_nightly(const NightJob& job,
-                                  std::span<NightCalibration* const> calibrations);
+Expected<NightRecord> run_nightly(const NightJob& job, std::span<Calibration* const> calibrations);
 
 /// The night that a time belongs to, "2026-11-21": from noon to noon, by the day it begins on.
 std::string night_of(std::chrono::sys_seconds time, int noon_utc_h);

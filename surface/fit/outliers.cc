@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "calib/base/statistics/distributions.h"
+#include "calib/base/statistics/median.h"
 #include "surface/fit/even_part.h"
 #include "surface/fit/wild_probe.h"
 #include <fmt/format.h>
@@ -105,11 +106,8 @@ Expected<void> Sorting::search(SurfaceModel model) {
     std::vector<double> t;
     for (const LeftOutProbe& probe : found.left_out()) t.push_back(absolute_t(probe));
     const auto worst = static_cast<std::size_t>(std::ranges::max_element(t) - t.begin());
-    std::vector<double> sorted = t;
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::ranges::nth_element(sorted, middle);
     // Few probes may lie close together by chance: no probe scatters less than it says.
-    const double scale = std::max(*middle / kNormalMedian, 1 / found.noise_factor());
+    const double scale = std::max(median(t) / kNormalMedian, 1 / found.noise_factor());
     if (2 * normal_exceedance(t[worst] / scale) >= limit_) return {};
     PANELCAL_CHECK(set_aside(kept_[worst]));
   }

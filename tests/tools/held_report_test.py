@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What `run` makes of [tolerance]: a held job's report has the budget that its message points at, and the
+"""What `run` makes of [tolerance]: a held job's facts have the budget that its message points at, and the
 place that a warning names can be asked for.
 
     held_report_test.py PANELCAL
 """
-import html
+import json
 import re
 import subprocess
 import sys
@@ -34,27 +34,31 @@ def prepare(folder, position_um, body):
 
 def held_job_has_its_budget(panelcal, folder):
     prepare(folder, 2, "X10.0Y20.0\n")
-    done = run(panelcal, folder, "-o", "out.jsonl", "--report", "held.html", "--clock",
+    done = run(panelcal, folder, "-o", "out.jsonl", "--report", "held.html", "--json", "held.json", "--clock",
                "2026-11-21T13:45:00")
     assert done.returncode == 1, done.stderr
     assert not (folder / "out.jsonl").exists()
-    report = (folder / "held.html").read_text()
-    assert "HOLD" in report
-    assert '<dt>date</dt><dd class="mono">2026-11-21T13:45:00</dd>' in report
-    assert ("The place likeliest to break its tolerance, with a risk of 0.14: line 8, T1, nominal "
-            "(10.000, 20.000) mm") in report, report
-    assert '<td>detector</td><td class="num">1.00</td><td class="num">1.00</td>' in report
+    assert (folder / "held.html").exists()
+    facts = json.loads((folder / "held.json").read_text())
+    assert facts["verdict"]["word"] == "hold", facts["verdict"]
+    assert {"key": "date", "value": "2026-11-21T13:45:00"} in facts["provenance"]
+    budget = facts["budget"]
+    assert budget["is_likeliest_to_break"] and f"{budget['risk']:.2g}" == "0.14", budget
+    assert (budget["line"], budget["tool"], budget["nominal_mm"]) == (8, 1, [10, 20]), budget
+    detector = budget["terms"][0]
+    assert detector["source"] == "detector", budget
+    assert [round(v, 9) for v in detector["covariance_um2"]] == [1, 0, 1], detector
 
 
 def place_of_a_pattern_can_be_asked_for(panelcal, folder):
     (folder / "PINS").write_text("X0.0Y0.0\nX2.0\n")
     prepare(folder, 4, "M99,PINS\nX10.0Y20.0\n")
-    done = run(panelcal, folder, "-o", "out.jsonl", "--report", "warned.html")
+    done = run(panelcal, folder, "-o", "out.jsonl", "--json", "-")
     assert done.returncode == 0, done.stderr
-    report = html.unescape((folder / "warned.html").read_text())
-    assert "DRILL, WITH A WARNING" in report
-    hint = re.search(r"run --explain (\w+) \(.*the worst is line (\S+):(\d+), risk", report)
-    assert hint, report
+    verdict = json.loads(done.stdout)["verdict"]
+    assert verdict["word"] == "warned", verdict
+    hint = re.search(r"run --explain (\w+) \(.*the worst is line (\S+):(\d+), risk", verdict["next"])
+    assert hint, verdict
     number, file, line = hint.groups()
     assert number.isdigit(), number
     explained = run(panelcal, folder, "--explain", number).stdout

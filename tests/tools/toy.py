@@ -69,8 +69,10 @@ class Toy:
         words = " ".join(words[words.index("-o") + 2:]).split(" && ")[0].split()
         return [word for word in words if not word.endswith(".o") and "libgtest_main" not in word]
 
-    def program(self, library, units, main, like):
-        """Compiles the units of a library and a main function in one go, and links them as the program `like` is."""
+    def program(self, library, units, main, like, replaces=False):
+        """Compiles units of a library and a main function in one go, and links them as the program `like` is.
+
+        Where `replaces` is set, the units are some of a built library's, and count instead of its own."""
         unity = self.folder / "toy.cc"
         lines = []
         for unit in units:
@@ -79,7 +81,7 @@ class Toy:
         unity.write_text("".join(lines) + main)
         program = self.folder / "toy"
         command = [*self.flags_of(library), str(unity), "-o", str(program), "-fuse-ld=mold", "-Wl,--gc-sections",
-                   *self.libraries_of(like)]
+                   *(["-Wl,--allow-multiple-definition"] if replaces else []), *self.libraries_of(like)]
         done = subprocess.run(command, cwd=self.build, capture_output=True, text=True)
         if done.returncode != 0:
             sys.exit(f"the toy does not compile: {' '.join(command)}\n{done.stderr[:4000]}")

@@ -73,7 +73,7 @@ class Modules(unittest.TestCase):
         text = read("base/words.js")
         keys = re.findall(r"^  (\w+): \[", text, re.MULTILINE)
         rest = "".join(read(module) for module in modules() if module != "base/words.js")
-        prefixes = re.findall(r'wordOf\(\s*"(\w+)"', rest)
+        prefixes = re.findall(r'wordOf\(\s*"(\w+)"', rest) + re.findall(r"word\(`(\w+)_\$\{", rest)
         unused = [key for key in keys if f'"{key}"' not in rest and not any(key.startswith(p + "_") for p in prefixes)]
         self.assertEqual(unused, [])
 

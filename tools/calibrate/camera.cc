@@ -10,11 +10,11 @@
 
 #include "calib/base/files/atomic_file.h"
 #include "machine/calibrate/camera/run.h"
+#include "machine/calibrate/kinds/kinds.h"
 #include "machine/devices/table_stage.h"
 #include "machine/plate/pictures.h"
-#include "tools/calibrate/calibrate.h"
-#include "tools/calibrate/place.h"
-#include "tools/calibrate/record.h"
+#include "tools/calibrate/devices.h"
+#include "tools/calibrate/session.h"
 #include "tools/figures/arrow_plot.h"
 #include "vision/picture/files/folder.h"
 #include <fmt/format.h>
@@ -26,7 +26,7 @@ namespace {
 constexpr std::string_view kCalibrateCamera = "panelcal calibrate camera";
 
 Diagnostic camera_usage(std::string what, std::string expected) {
-  return {Code::Usage, {std::string(kCalibrateCamera), 0, 0}, std::move(what), std::move(expected)};
+  return usage(std::move(what), std::move(expected), kCalibrateCamera);
 }
 
 /// As --form and calibration files have it.
@@ -98,12 +98,11 @@ std::string camera_svg(const CameraRun& run) {
   return arrow_svg(plot);
 }
 
-std::string camera_json(const CameraRun& run,
-                        const CameraCalibration& calibration,
-                        const std::string& refused,
-                        const std::optional<std::int64_t>& entry) {
+nlohmann::ordered_json camera_json(const CameraRun& run,
+                                   const std::string& calibration,
+                                   const Session& session) {
   nlohmann::ordered_json json;
-  json["calibration"] = nlohmann::ordered_json::parse(camera_calibration_text(calibration));
+  json["calibration"] = nlohmann::ordered_json::parse(calibration);
   json["views"] = run.sights.data.seen.size();
   json["missed"] = nlohmann::ordered_json::array();
   for (const MissedPicture& missed : run.sights.missed) {
@@ -124,8 +123,7 @@ std::string camera_json(const CameraRun& run,
   json["sigma_factor"] = run.sigma_factor;
   json["sufficient_form"] = word_of(run.fit.sufficient);
   json["corner_sigma_um"] = run.corner_sigma_um;
-  if (!refused.empty()) json["refusal"] = refused;
-  if (entry) json["ledger"] = *entry;
+  session.put_verdict(json);
   json["residuals_px"] = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < run.fit.residuals.size(); ++i) {
     const Eigen::Vector2d& at_px = run.sights.data.seen[i].seen.position.in_px();
@@ -134,57 +132,32 @@ std::string camera_json(const CameraRun& run,
                                     {"at", {at_px.x(), at_px.y()}},
                                     {"residual", {residual_px.x(), residual_px.y()}}});
   }
-  return json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace) + "\n";
-}
-
-/// Checks what --install needs besides a ledger.
-Expected<void> check_install(const CalibrateOptions& options, const MachineConfig& config) {
-  if (!options.install) return {};
-  if (!options.output.empty()) {
-    return failure(camera_usage("--install and --output together",
-                                "one of them: --install writes the file that [camera] names"));
-  }
-  if (options.zoom) {
-    return failure(camera_usage("--install and --zoom together",
-                                "--output: what [camera] names is the camera without a zoom"));
-  }
-  if (!config.camera_file.empty()) return {};
-  return failure({Code::ConfigValue,
-                  {config.file.string(), 0, 0},
-                  "[camera] names no calibration that could be installed",
-                  "[camera] calibration = \"NAME.cal.json\""});
+  return json;
 }
 
 }  // namespace
 
 Expected<Answer> camera(const CalibrateOptions& options, CommandContext& context) {
   PANELCAL_TRY(const CameraRunOptions run_options, calibrate::run_options(options));
-  PANELCAL_TRY(RecordWords words, words_of(options));
-  PANELCAL_TRY(const MachineConfig config, read_machine_config(options.machine));
-  PANELCAL_CHECK(check_install(options, config));
+  PANELCAL_TRY(Session session, Session::begin(options));
+  const MachineConfig& config = *session.config();
+  PANELCAL_CHECK(session.check_install("camera", config.camera_file));
+  if (options.install && options.zoom) {
+    return failure(camera_usage("--install and --zoom together",
+                                "--output: what [camera] names is the camera without a zoom"));
+  }
   const bool drives = options.images.empty();
-  PANELCAL_TRY(Recorder recorder, Recorder::open(options, config, words.date, drives));
+  PANELCAL_CHECK(session.lock(drives));
+  PANELCAL_CHECK(session.open_ledger());
   PANELCAL_TRY(const CameraRun run,
                drives ? drive(options, config, run_options, context.console)
                       : look(options, config, run_options));
-  const std::string refused = options.force ? std::string() : refusal(run);
-  if (options.install) judge(refused, words);
-  const CameraCalibration calibration = camera_calibration(run, words);
   if (!options.plot.empty()) PANELCAL_CHECK(write_file(options.plot, camera_svg(run)));
-  if (!options.output.empty() && refused.empty()) {
-    PANELCAL_TRY(const std::string text,
-                 text_with_head(config, camera_calibration_text(calibration)));
-    PANELCAL_CHECK(parse_camera_calibration(text, options.output));
-    PANELCAL_CHECK(write_file(options.output, text));
-  }
-  std::optional<std::int64_t> entry;
-  if (options.install) {
-    PANELCAL_TRY(const LedgerDraft draft, camera_draft(config, run, words));
-    PANELCAL_TRY(entry, recorder.record(draft, config.camera_file));
-  }
-  const ExitCode code = refused.empty() ? ExitCode::Done : ExitCode::GateFailed;
-  if (options.json) return Answer{camera_json(run, calibration, refused, entry), code};
-  return Answer{report(run) + verdict_line(refused, entry), code};
+  PANELCAL_TRY(const LedgerDraft draft, camera_draft(config, run, session.words()));
+  PANELCAL_CHECK(
+      session.finish(draft, *camera_kind(session.config(), {}, options.zoom), refusal(run)));
+  if (options.json) return session.answer(camera_json(run, draft.result, session));
+  return session.answer(report(run) + session.verdict_line());
 }
 
 }  // namespace panelcal::calibrate

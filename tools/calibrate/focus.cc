@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -8,13 +7,12 @@
 #include <utility>
 #include <vector>
 
-#include "machine/calibrate/place_record.h"
+#include "machine/calibrate/kinds/trials.h"
 #include "machine/devices/cameras/camera_settings.h"
 #include "machine/look/place_trials.h"
 #include "machine/nightly/checks/self_test.h"
-#include "tools/calibrate/calibrate.h"
-#include "tools/calibrate/place.h"
-#include "tools/calibrate/record.h"
+#include "tools/calibrate/devices.h"
+#include "tools/calibrate/session.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -22,93 +20,69 @@
 namespace panelcal::calibrate {
 namespace {
 
-Diagnostic focus_usage(std::string what, std::string expected) {
-  return {Code::Usage, {"panelcal calibrate", 0, 0}, std::move(what), std::move(expected)};
-}
-
 /// One call: the machine is locked before its devices are opened, and the result is recorded.
-class Trial {
- public:
+struct Trial {
   static Expected<Trial> begin(const CalibrateOptions& options) {
-    PANELCAL_TRY(RecordWords words, words_of(options));
-    PANELCAL_TRY(MachineConfig config, read_machine_config(options.machine));
-    PANELCAL_TRY(Recorder recorder, Recorder::open(options, config, words.date, true));
-    PANELCAL_TRY(PlaceDevices at, PlaceDevices::open(options, config));
-    return Trial(options, std::move(words), std::move(config), std::move(recorder), std::move(at));
+    PANELCAL_TRY(Session session, Session::begin(options));
+    PANELCAL_CHECK(session.lock(true));
+    PANELCAL_CHECK(session.open_ledger());
+    PANELCAL_TRY(PlaceDevices at, PlaceDevices::open(options, *session.config()));
+    return Trial{options, std::move(session), std::move(at)};
   }
 
-  const MachineConfig& config() const { return config_; }
-  CalibrationDevices devices() { return at_.devices(); }
-  const Position<frame::Machine>& place() const { return at_.place(); }
+  const MachineConfig& config() const { return *session.config(); }
 
   /// Records it if that is wanted; `text` is what a person reads.
   Expected<Answer> answer(const TrialValue& found, std::string text) {
     nlohmann::ordered_json json = nlohmann::ordered_json::parse(found.details);
-    if (options_.install) {
-      const std::string note = read_the_temperature();
-      words_.verdict = LedgerVerdict::Installed;
-      PANELCAL_TRY(const LedgerDraft draft,
-                   trial_draft(config_, {place(), options_.tool}, found, words_));
-      PANELCAL_TRY(const std::int64_t entry, recorder_.record(draft, {}));
-      json["ledger"] = entry;
-      text += note + fmt::format("  {} as ledger entry {}\n",
-                                 found.value ? "in force" : "refused, recorded",
-                                 entry);
+    if (options.install) text += read_the_temperature();
+    PANELCAL_TRY(LedgerDraft draft,
+                 trial_draft(config(), {at.place(), options.tool}, found, session.words()));
+    PANELCAL_CHECK(session.finish(std::move(draft),
+                                  *trial_kind(found.kind, session.config(), {}),
+                                  found.value ? std::string() : found.reason));
+    if (session.entry()) {
+      json["ledger"] = *session.entry();
+      text += fmt::format("  {} as ledger entry {}\n",
+                          found.value ? "in force" : "refused, recorded",
+                          *session.entry());
       if (found.value) {
         text += fmt::format("  the line for machine.toml: {}\n",
                             stated_line(found.kind, {*found.value, found.sigma}));
       }
     }
     // Lamp and focus stand where the last trial left them.
-    if (!found.value && found.kind != TrialKind::Settle) {
-      PANELCAL_CHECK(set_camera_as_stated(config_, at_.devices()));
+    if (!found.value && found.kind != LedgerKind::Settle) {
+      PANELCAL_CHECK(set_camera_as_stated(config(), at.devices()));
     }
     PANELCAL_TRY(const std::string otherwise, otherwise_than_in_force(found.kind));
     if (!otherwise.empty()) {
       json["stated_otherwise"] = otherwise;
       text += "  " + otherwise + "\n";
     }
-    // Nothing was found, and nothing is to be used.
-    const ExitCode code = found.value ? ExitCode::Done : ExitCode::GateFailed;
-    if (!options_.json) return Answer{std::move(text), code};
-    return Answer{json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace) + "\n", code};
+    return options.json ? session.answer(json) : session.answer(std::move(text));
   }
-
- private:
-  Trial(const CalibrateOptions& options,
-        RecordWords words,
-        MachineConfig config,
-        Recorder recorder,
-        PlaceDevices at)
-      : options_(options),
-        words_(std::move(words)),
-        config_(std::move(config)),
-        recorder_(std::move(recorder)),
-        at_(std::move(at)) {}
 
   /// As a night reads it. One that cannot be read is said, and no reason to lose the rest.
   std::string read_the_temperature() {
-    if (!config_.nightly) return std::string();
-    const auto read = read_temperature(*config_.nightly);
+    if (!config().nightly) return std::string();
+    const auto read = read_temperature(*config().nightly);
     if (!read) return fmt::format("  the temperature is not known: {}\n", read.error().what);
-    words_.temperature_degC = *read;
+    session.words().temperature_degC = *read;
     return std::string();
   }
 
-  Expected<std::string> otherwise_than_in_force(TrialKind kind) const {
+  Expected<std::string> otherwise_than_in_force(LedgerKind kind) const {
     std::error_code ignored;
-    if (config_.ledger_file.empty() || !std::filesystem::exists(config_.ledger_file, ignored)) {
-      return std::string();
-    }
-    PANELCAL_TRY(const Ledger ledger, Ledger::open_to_read(config_.ledger_file));
-    return stated_otherwise(config_, ledger, kind);
+    const std::filesystem::path& file = config().ledger_file;
+    if (file.empty() || !std::filesystem::exists(file, ignored)) return std::string();
+    PANELCAL_TRY(const Ledger ledger, Ledger::open_to_read(file));
+    return stated_otherwise(config(), ledger, kind);
   }
 
-  const CalibrateOptions& options_;
-  RecordWords words_;
-  MachineConfig config_;
-  Recorder recorder_;
-  PlaceDevices at_;
+  const CalibrateOptions& options;
+  Session session;
+  PlaceDevices at;
 };
 
 Expected<FocusRange> range_of(const CalibrateOptions& options, const MachineConfig& config) {
@@ -116,7 +90,7 @@ Expected<FocusRange> range_of(const CalibrateOptions& options, const MachineConf
   if (options.range.size() == 2) {
     const FocusRange range = {mm(options.range[0]), mm(options.range[1])};
     if (!may || (range.low >= may->low && range.high <= may->high)) return range;
-    return failure(focus_usage(
+    return failure(usage(
         fmt::format("--range {:g},{:g} goes beyond where the focus axis may go",
                     options.range[0],
                     options.range[1]),
@@ -124,8 +98,8 @@ Expected<FocusRange> range_of(const CalibrateOptions& options, const MachineConf
             "{:g} to {:g} mm, [camera] focus_range_mm", may->low.in_mm(), may->high.in_mm())));
   }
   if (may) return *may;
-  return failure(focus_usage("the range of heights is missing",
-                             "--range LOW,HIGH or [camera] focus_range_mm"));
+  return failure(
+      usage("the range of heights is missing", "--range LOW,HIGH or [camera] focus_range_mm"));
 }
 
 std::string settle_text(const SettleRun& run, Length limit) {
@@ -165,7 +139,7 @@ Expected<Answer> focus(const CalibrateOptions& options, CommandContext& /*contex
   const MachineConfig& config = trial.config();
   PANELCAL_TRY(const FocusRange range, range_of(options, config));
   PANELCAL_TRY(const FocusResult result,
-               calibrate_focus(config, trial.devices(), trial.place(), options.tool, range));
+               calibrate_focus(config, trial.at.devices(), trial.at.place(), options.tool, range));
   std::string text =
       result.is_found
           ? fmt::format("sharpest at {:.4f} +- {:.4f} mm\n", result.z.in_mm(), result.sigma.in_mm())
@@ -183,7 +157,7 @@ Expected<Answer> light(const CalibrateOptions& options, CommandContext& /*contex
   PANELCAL_TRY(Trial trial, Trial::begin(options));
   PANELCAL_TRY(
       const LightRun run,
-      calibrate_light(trial.config(), trial.devices(), trial.place(), options.tool, levels));
+      calibrate_light(trial.config(), trial.at.devices(), trial.at.place(), options.tool, levels));
   std::string text =
       run.best ? fmt::format("best lamp level {:g}, contrast {:.3f} of full scale{}\n",
                              run.best->level,
@@ -205,8 +179,9 @@ Expected<Answer> settle(const CalibrateOptions& options, CommandContext& /*conte
   trial_options.tool = options.tool;
   trial_options.limit = um(options.limit_um);
   trial_options.longest = seconds(options.longest_s);
-  PANELCAL_TRY(const SettleRun run,
-               calibrate_settle(trial.config(), trial.devices(), trial.place(), trial_options));
+  PANELCAL_TRY(
+      const SettleRun run,
+      calibrate_settle(trial.config(), trial.at.devices(), trial.at.place(), trial_options));
   return trial.answer(trial_value(run), settle_text(run, trial_options.limit));
 }
 

@@ -5,68 +5,61 @@
 #include <string_view>
 
 #include "calib/base/statistics/linear_algebra.h"
-#include "program/text/json_text.h"
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 namespace panelcal::calibrate {
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 /// Nine digits: enough for a nanometre on a metre, and the same on every processor.
-std::string spindle_number(double value) {
-  return std::isfinite(value) ? fmt::format("{:.9g}", value) : "null";
+Json spindle_number(double value) {
+  return std::isfinite(value) ? Json::parse(fmt::format("{:.9g}", value)) : Json();
 }
 
-std::string pair(double x, double y) {
-  return fmt::format("[{},{}]", spindle_number(x), spindle_number(y));
+Json pair(double x, double y) {
+  return {spindle_number(x), spindle_number(y)};
 }
 
-std::string pair(const Eigen::Vector2d& v) {
+Json pair(const Eigen::Vector2d& v) {
   return pair(v.x(), v.y());
 }
 
-std::string scatter(const ScatterEstimate& estimate) {
+Json scatter(const ScatterEstimate& estimate) {
   return pair(estimate.sigma[0].in_um(), estimate.sigma[1].in_um());
 }
 
-std::string backlash(const BacklashEstimate& estimate) {
-  return estimate.is_determined ? spindle_number(estimate.value.in_um()) : "null";
+Json backlash(const BacklashEstimate& estimate) {
+  return estimate.is_determined ? spindle_number(estimate.value.in_um()) : Json();
 }
 
-std::string trend(const std::optional<ResidualTrend>& trend) {
-  if (!trend) return "null";
-  return fmt::format(
-      "{{\"turn_mrad\":{},\"turn_sigma_mrad\":{},\"growth_ppm\":{},\"growth_sigma_ppm\":{},"
-      "\"chance\":{},\"significant\":{}}}",
-      spindle_number(1e3 * trend->rotation_rad),
-      spindle_number(1e3 * trend->rotation_sigma_rad),
-      spindle_number(trend->scale_ppm),
-      spindle_number(trend->scale_sigma_ppm),
-      spindle_number(trend->chance),
-      trend->is_significant);
+Json trend(const std::optional<ResidualTrend>& trend) {
+  if (!trend) return {};
+  return {{"turn_mrad", spindle_number(1e3 * trend->rotation_rad)},
+          {"turn_sigma_mrad", spindle_number(1e3 * trend->rotation_sigma_rad)},
+          {"growth_ppm", spindle_number(trend->scale_ppm)},
+          {"growth_sigma_ppm", spindle_number(trend->scale_sigma_ppm)},
+          {"chance", spindle_number(trend->chance)},
+          {"significant", trend->is_significant}};
 }
 
-std::string coupon_holes_json(const SpindleCameraRun& run) {
-  std::string out;
+Json coupon_holes_json(const SpindleCameraRun& run) {
+  Json out = Json::array();
   for (std::size_t i = 0; i < run.fit.holes.size(); ++i) {
-    const CouponHoleResidual& hole = run.fit.holes[i];
-    out += fmt::format("{}{{\"drilled_mm\":{},\"residual_um\":{},\"left_out\":{}}}",
-                       out.empty() ? "" : ",",
-                       pair(run.sights.holes[i].drilled.in_mm()),
-                       pair(1e3 * hole.residual.in_mm()),
-                       hole.is_outlier);
+    out.push_back({{"drilled_mm", pair(run.sights.holes[i].drilled.in_mm())},
+                   {"residual_um", pair(1e3 * run.fit.holes[i].residual.in_mm())},
+                   {"left_out", run.fit.holes[i].is_outlier}});
   }
   return out;
 }
 
-std::string missed(const SpindleCameraRun& run) {
-  std::string out;
+Json missed(const SpindleCameraRun& run) {
+  Json out = Json::array();
   for (const MissedLook& look : run.sights.missed) {
-    out += fmt::format("{}{{\"drilled_mm\":{},\"look\":{},\"reason\":",
-                       out.empty() ? "" : ",",
-                       pair(run.places[look.i_place].in_mm()),
-                       look.i_look + 1);
-    append_json_string(out, look.reason);
-    out += "}";
+    out.push_back({{"drilled_mm", pair(run.places[look.i_place].in_mm())},
+                   {"look", look.i_look + 1},
+                   {"reason", look.reason}});
   }
   return out;
 }
@@ -145,45 +138,32 @@ std::string text(const SpindleAnswer& answer, const SpindleCameraRun& run) {
 std::string json(const SpindleAnswer& answer, const SpindleCameraRun& run) {
   const SpindleCameraFit& fit = run.fit;
   const Eigen::Matrix2d& cov = fit.offset.cov_mm2;
-  std::string out = fmt::format(
-      "{{\"kind\":\"spindle-camera\",\"spindle\":{},\"station\":{},\"offset_mm\":{},"
-      "\"covariance_mm2\":[{},{}],\"holes\":{},\"looks\":{},\"left_out\":{},\"row\":{}",
-      answer.spindle,
-      answer.station,
-      pair(fit.offset.offset.in_mm()),
-      pair(cov(0, 0), cov(0, 1)),
-      pair(cov(1, 0), cov(1, 1)),
-      fit.n_used,
-      fit.n_views,
-      fit.n_outliers(),
-      run.i_row + 1);
-  out += fmt::format(",\"wander_um\":{},\"repeatability_um\":{},\"backlash_um\":[{},{}]",
-                     scatter(fit.wander),
-                     fit.is_separated ? scatter(fit.repeatability) : "null",
-                     backlash(fit.backlash[0]),
-                     backlash(fit.backlash[1]));
-  out += fmt::format(",\"trend_over_coupon\":{},\"trend_over_picture\":{}",
-                     trend(fit.over_coupon),
-                     trend(fit.over_picture));
-  out += fmt::format(",\"more_holes_to_halve\":{},\"more_looks_to_halve\":{}",
-                     fit.more_holes_to_halve,
-                     fit.more_views_to_halve ? std::to_string(*fit.more_views_to_halve) : "null");
-  out += fmt::format(
-      ",\"before_mm\":{},\"first\":{},\"shift_um\":{},\"shift_sigma_um\":{},"
-      "\"shift_chance\":{}",
-      pair(answer.before.offset.in_mm()),
-      answer.is_first,
-      pair(answer.shift_um),
-      pair(answer.sigma_um),
-      answer.chance ? spindle_number(*answer.chance) : "null");
-  out += fmt::format(",\"residuals\":[{}],\"missed\":[{}],\"installed\":{},\"ledger\":{}",
-                     coupon_holes_json(run),
-                     missed(run),
-                     answer.is_installed,
-                     answer.ledger_id ? std::to_string(*answer.ledger_id) : "null");
-  out += ",\"refusal\":";
-  append_json_string(out, answer.refusal);
-  return out + "}\n";
+  Json json = {
+      {"kind", "spindle-camera"}, {"spindle", answer.spindle}, {"station", answer.station}};
+  json["offset_mm"] = pair(fit.offset.offset.in_mm());
+  json["covariance_mm2"] = {pair(cov(0, 0), cov(0, 1)), pair(cov(1, 0), cov(1, 1))};
+  json["holes"] = fit.n_used;
+  json["looks"] = fit.n_views;
+  json["left_out"] = fit.n_outliers();
+  json["row"] = run.i_row + 1;
+  json["wander_um"] = scatter(fit.wander);
+  json["repeatability_um"] = fit.is_separated ? scatter(fit.repeatability) : Json();
+  json["backlash_um"] = {backlash(fit.backlash[0]), backlash(fit.backlash[1])};
+  json["trend_over_coupon"] = trend(fit.over_coupon);
+  json["trend_over_picture"] = trend(fit.over_picture);
+  json["more_holes_to_halve"] = fit.more_holes_to_halve;
+  json["more_looks_to_halve"] = fit.more_views_to_halve ? Json(*fit.more_views_to_halve) : Json();
+  json["before_mm"] = pair(answer.before.offset.in_mm());
+  json["first"] = answer.is_first;
+  json["shift_um"] = pair(answer.shift_um);
+  json["shift_sigma_um"] = pair(answer.sigma_um);
+  json["shift_chance"] = answer.chance ? spindle_number(*answer.chance) : Json();
+  json["residuals"] = coupon_holes_json(run);
+  json["missed"] = missed(run);
+  json["installed"] = answer.is_installed;
+  json["ledger"] = answer.ledger_id ? Json(*answer.ledger_id) : Json();
+  json["refusal"] = answer.refusal;
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace panelcal::calibrate

@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cstdint>
-#include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 
-#include "calib/base/files/atomic_file.h"
+#include "machine/calibrate/kinds/kinds.h"
 #include "machine/calibrate/surface/record.h"
 #include "machine/calibrate/surface/run.h"
 #include "surface/map/file.h"
-#include "tools/calibrate/calibrate.h"
-#include "tools/calibrate/record.h"
+#include "tools/calibrate/session.h"
 #include "tools/surface/difference.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -54,11 +52,12 @@ struct MapInForce {
 };
 
 /// Empty where there is none, and where the two cannot be compared.
-Expected<std::optional<MapInForce>> compared(const Recorder& recorder,
-                                             const LedgerKey& key,
+Expected<std::optional<MapInForce>> compared(const Ledger* ledger,
+                                             const Calibration& kind,
                                              const StoredMap& stored) {
   std::optional<MapInForce> out;
-  PANELCAL_TRY(const std::optional<std::string> text, recorder.text_in_force(key));
+  if (ledger == nullptr) return out;
+  PANELCAL_TRY(const std::optional<std::string> text, kind.text_in_force(*ledger));
   if (!text) return out;
   PANELCAL_TRY(StoredMap before, parse_map_file(*text, "the ledger"));
   auto change = change_between(before, stored);
@@ -85,11 +84,10 @@ std::string surface_text(const CalibrateOptions& options,
                                          before->change.difference});
 }
 
-std::string surface_json(const CalibrateOptions& options,
-                         const GivenMap& given,
-                         const std::optional<MapInForce>& before,
-                         const std::string& refused,
-                         const std::optional<std::int64_t>& entry) {
+nlohmann::ordered_json surface_json(const CalibrateOptions& options,
+                                    const GivenMap& given,
+                                    const std::optional<MapInForce>& before,
+                                    const Session& session) {
   nlohmann::ordered_json json;
   json["map"] = options.map;
   json["probes"] = given.stored.points.size();
@@ -104,42 +102,36 @@ std::string surface_json(const CalibrateOptions& options,
         "the map in force", options.map, before->stored, given.stored, before->change.difference};
     json["change"] = surface::difference_figures(maps);
   }
-  if (!refused.empty()) json["refusal"] = refused;
-  if (entry) json["ledger"] = *entry;
-  return json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace) + "\n";
+  session.put_verdict(json);
+  return json;
 }
 
-/// Path of an installed map: -o, else the file of nights.
-std::filesystem::path file_of(const CalibrateOptions& options, const MachineConfig& config) {
-  if (!options.output.empty() || !config.nightly) return options.output;
-  return config.nightly->surface.file;
+/// Of the file that is installed: -o, else that of nights.
+std::unique_ptr<Calibration> map_kind_of(const CalibrateOptions& options,
+                                         const std::shared_ptr<MachineConfig>& config) {
+  NightlyConfig nightly = config->nightly.value_or(NightlyConfig());
+  if (!options.output.empty()) nightly.surface.file = options.output;
+  return surface_kind(config, nightly);
 }
 
 }  // namespace
 
 Expected<Answer> surface(const CalibrateOptions& options, CommandContext& /*context*/) {
-  PANELCAL_TRY(RecordWords words, words_of(options));
-  PANELCAL_TRY(const MachineConfig config, read_machine_config(options.machine));
+  PANELCAL_TRY(Session session, Session::begin(options));
+  const MachineConfig& config = *session.config();
   PANELCAL_TRY(const GivenMap given, read_given(options, config));
-  PANELCAL_TRY(Recorder recorder, Recorder::open(options, config, words.date, false));
-  const std::string refused = options.force ? std::string() : refusal(given, config);
-  PANELCAL_TRY(const auto before, compared(recorder, surface_key(config), given.stored));
-  std::optional<std::int64_t> entry;
-  if (options.install) {
-    judge(refused, words);
-    const auto change = before ? std::optional(before->change) : std::nullopt;
-    PANELCAL_TRY(LedgerDraft draft,
-                 surface_draft(config, given.stored, given.figures, change, words));
-    PANELCAL_TRY(LedgerInput input, input_of(options.map, kMaxMapBytes));
-    draft.record.inputs.push_back(std::move(input));
-    PANELCAL_TRY(entry, recorder.record(draft, file_of(options, config)));
-  } else if (!options.output.empty() && refused.empty()) {
-    PANELCAL_TRY(const std::string text, text_with_head(config, map_file_text(given.stored)));
-    PANELCAL_CHECK(write_file(options.output, text));
-  }
-  const ExitCode code = refused.empty() ? ExitCode::Done : ExitCode::GateFailed;
-  if (options.json) return Answer{surface_json(options, given, before, refused, entry), code};
-  return Answer{surface_text(options, given, before) + verdict_line(refused, entry), code};
+  PANELCAL_CHECK(session.lock(false));
+  PANELCAL_CHECK(session.open_ledger());
+  const std::unique_ptr<Calibration> kind = map_kind_of(options, session.config());
+  PANELCAL_TRY(const auto before, compared(session.ledger(), *kind, given.stored));
+  const auto change = before ? std::optional(before->change) : std::nullopt;
+  PANELCAL_TRY(LedgerDraft draft,
+               surface_draft(config, given.stored, given.figures, change, session.words()));
+  PANELCAL_TRY(LedgerInput input, input_of(options.map, kMaxMapBytes));
+  draft.record.inputs.push_back(std::move(input));
+  PANELCAL_CHECK(session.finish(std::move(draft), *kind, refusal(given, config)));
+  if (options.json) return session.answer(surface_json(options, given, before, session));
+  return session.answer(surface_text(options, given, before) + session.verdict_line());
 }
 
 }  // namespace panelcal::calibrate

@@ -11,10 +11,10 @@
 
 #include "calib/base/files/atomic_file.h"
 #include "calib/table/linuxcnc_export.h"
+#include "machine/calibrate/kinds/kinds.h"
 #include "machine/calibrate/table/run.h"
 #include "machine/plate/pictures.h"
-#include "tools/calibrate/calibrate.h"
-#include "tools/calibrate/record.h"
+#include "tools/calibrate/session.h"
 #include "tools/cli/output_paths.h"
 #include "tools/figures/arrow_plot.h"
 #include <fmt/format.h>
@@ -104,13 +104,12 @@ std::string applied_line(const CalibrateOptions& options,
          "the control correct by it (--linuxcnc), not both\n";
 }
 
-std::string table_json(const TableRun& run,
-                       const TableCalibration& calibration,
-                       const std::string& refused,
-                       const std::optional<std::int64_t>& entry,
-                       bool is_applied) {
+nlohmann::ordered_json table_json(const TableRun& run,
+                                  const std::string& calibration,
+                                  const Session& session,
+                                  bool is_applied) {
   nlohmann::ordered_json json;
-  json["calibration"] = nlohmann::ordered_json::parse(table_calibration_text(calibration));
+  json["calibration"] = nlohmann::ordered_json::parse(calibration);
   json["looks"] = run.sights.data.seen.size();
   json["poses"] = run.fit.poses.size();
   json["chi_square"] = run.fit.chi_square;
@@ -123,13 +122,12 @@ std::string table_json(const TableRun& run,
   }
   json["pictures_without_tag"] = run.sights.without_tag;
   json["applied"] = is_applied;
-  if (!refused.empty()) json["refusal"] = refused;
-  if (entry) json["ledger"] = *entry;
+  session.put_verdict(json);
   json["residuals_mm"] = nlohmann::ordered_json::array();
   for (const auto& residual : run.fit.residuals) {
     json["residuals_mm"].push_back({residual.in_mm().x(), residual.in_mm().y()});
   }
-  return json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace) + "\n";
+  return json;
 }
 
 /// From pictures through the camera's calibration, or as another vision system measured it.
@@ -143,10 +141,7 @@ Expected<TableSights> sights_of(const CalibrateOptions& options,
     PANELCAL_TRY(const auto folders, read_plate_folders(options.images, plate));
     PANELCAL_TRY(const MarkSights seen, look_at_plate(config, plate, folders));
     sights = table_sights(config, seen);
-    if (!config.camera_file.empty()) {
-      PANELCAL_TRY(LedgerInput camera, input_of(config.camera_file, kMaxCalibrationBytes));
-      sights.inputs.push_back(std::move(camera));
-    }
+    PANELCAL_CHECK(add_inputs({config.camera_file}, sights.inputs));
   }
   PANELCAL_TRY(LedgerInput input, input_of(options.plate, kMaxPlateBytes));
   sights.inputs.push_back(std::move(input));
@@ -157,36 +152,26 @@ Expected<TableSights> sights_of(const CalibrateOptions& options,
 
 Expected<Answer> table(const CalibrateOptions& options, CommandContext& context) {
   PANELCAL_CHECK(check_linuxcnc(options.linuxcnc, context));
-  PANELCAL_TRY(RecordWords words, words_of(options));
-  PANELCAL_TRY(const MachineConfig config, read_machine_config(options.machine));
+  PANELCAL_TRY(Session session, Session::begin(options));
+  const MachineConfig& config = *session.config();
   PANELCAL_TRY(const CalibrationPlate plate, read_plate(options.plate));
-  PANELCAL_TRY(Recorder recorder, Recorder::open(options, config, words.date, false));
+  PANELCAL_CHECK(session.lock(false));
+  PANELCAL_CHECK(session.open_ledger());
   PANELCAL_TRY(TableSights sights, sights_of(options, config, plate));
   PANELCAL_TRY(const TableRun run, calibrate_table(config, std::move(sights)));
-  const std::string refused = options.force ? std::string() : refusal(run);
-  if (options.install) judge(refused, words);
-  const TableCalibration calibration = table_calibration(run, words);
-  std::string text = report(run);
   if (!options.plot.empty()) PANELCAL_CHECK(write_file(options.plot, table_svg(run)));
-  std::optional<std::int64_t> entry;
-  if (options.install) {
-    PANELCAL_TRY(const LedgerDraft draft, table_draft(config, run, words));
-    PANELCAL_TRY(entry, recorder.record(draft, options.output));
-  } else if (!options.output.empty() && refused.empty()) {
-    PANELCAL_TRY(const std::string written,
-                 text_with_head(config, table_calibration_text(calibration)));
-    PANELCAL_CHECK(parse_table_calibration(written, options.output));
-    PANELCAL_CHECK(write_file(options.output, written));
-  }
-  if (!options.linuxcnc.empty() && refused.empty()) {
+  PANELCAL_TRY(const LedgerDraft draft, table_draft(config, run, session.words()));
+  PANELCAL_CHECK(session.finish(
+      draft, *table_kind(session.config(), {}, plate, options.output), refusal(run)));
+  const bool is_refused = !session.refusal().empty();
+  std::string text = report(run);
+  if (!options.linuxcnc.empty() && !is_refused) {
     PANELCAL_TRY(const std::string line, write_linuxcnc(options.linuxcnc, run));
     text += line;
   }
-  const bool is_written = !options.output.empty() && refused.empty();
-  const bool applies = is_applied(options, config, is_written);
-  text += verdict_line(refused, entry) + applied_line(options, config, applies);
-  const ExitCode code = refused.empty() ? ExitCode::Done : ExitCode::GateFailed;
-  return Answer{options.json ? table_json(run, calibration, refused, entry, applies) : text, code};
+  const bool applies = is_applied(options, config, !options.output.empty() && !is_refused);
+  if (options.json) return session.answer(table_json(run, draft.result, session, applies));
+  return session.answer(text + session.verdict_line() + applied_line(options, config, applies));
 }
 
 }  // namespace panelcal::calibrate

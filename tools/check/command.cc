@@ -4,10 +4,12 @@
 #include <utility>
 
 #include "calib/base/clock.h"
+#include "calib/base/json/facts.h"
 #include "machine/check/machine_check.h"
 #include "machine/check/vision_rules.h"
 #include "machine/config/machine_config.h"
 #include "machine/job/checked_program.h"
+#include "machine/job/facts/sections.h"
 #include "machine/job/walk_terms.h"
 #include "program/excellon/text/header.h"
 #include "program/judge/job_check.h"
@@ -49,6 +51,12 @@ struct Passing {
 
   Tally tally;
   JobCheck job_check;
+};
+
+struct CheckedJob {
+  const Program& program;
+  const Survey& survey;
+  const Passing& passing;
 };
 
 /// Checks the program and passes its job on the perfect panel, in one walk where that is enough.
@@ -95,9 +103,63 @@ std::string summary(const Program& program,
                      count(log.n_warnings(), "warning"));
 }
 
+/// What a check has found, as one JSON document: share/schema/check.schema.json.
+std::string check_facts(const CheckOptions& options,
+                        const CheckedJob* checked,
+                        const WalkOptions& walk,
+                        const DiagnosticLog& log) {
+  using facts::Json;
+  Json document = facts::envelope("check", 1);
+  document["program"] = options.program.empty() ? Json() : Json(options.program);
+  document["machine"] = options.machine.empty() ? Json() : Json(options.machine);
+  document["has_errors"] = log.has_errors();
+  document["messages"] = facts::messages_json(log.kept());
+  Json job;
+  if (checked != nullptr) {
+    const Tally& tally = checked->passing.tally;
+    job = {{"language", name(checked->program.dialect)},
+           {"reading", reading(checked->program)},
+           {"tools", facts::tools_json(tally)},
+           {"n_holes", tally.n_holes()},
+           {"n_slots", tally.n_slots()},
+           {"n_routs", tally.n_routs()},
+           {"routed_length_mm", facts::number(tally.routed_length().in_mm())},
+           {"n_targets", checked->survey.measurements.size()},
+           {"n_series", checked->survey.series.size()},
+           {"n_probes", checked->survey.probes.size()}};
+  }
+  document["job"] = job;
+  document["gates"] = options.machine.empty() ? Json()
+                                              : Json{{"panel", gates_text(walk.base_limits)},
+                                                     {"nested", gates_text(walk.nested_limits)}};
+  return facts::text(document);
+}
+
 /// The time of --clock, which set_walk_terms() has found to be one; `now` without.
 std::chrono::sys_seconds stated_or(const std::string& clock, std::chrono::sys_seconds now) {
   return clock.empty() ? now : *from_iso_8601(clock + "Z");
+}
+
+/// Reads the machine's file, where one is named, and holds it against itself.
+Expected<void> read_machine(const CheckOptions& options,
+                            MachineConfig& config,
+                            DiagnosticLog& of_machine) {
+  if (!options.machine.empty()) {
+    PANELCAL_TRY(config, read_machine_config(options.machine));
+  }
+  const std::chrono::sys_seconds now = system_clock()();
+  const WalkTerms terms = {.program = options.program,
+                           .clock = options.clock,
+                           .now = now,
+                           .max_operations = options.max_operations,
+                           .reading = options.reading,
+                           .command = "panelcal check"};
+  PANELCAL_CHECK(set_walk_terms(terms, config));
+  const StatedKeys keys = StatedKeys::of_file(options.machine);
+  if (options.machine.empty()) return {};
+  check_machine(config, keys, stated_or(options.clock, now), of_machine);
+  if (options.program.empty()) check_stated_series(config, keys, of_machine);
+  return {};
 }
 
 /// Of a machine: what every job's fits are held against.
@@ -117,25 +179,15 @@ ExitCode run_command(const CheckOptions& options, CommandContext& context) {
   DiagnosticLog log;
   DiagnosticLog of_machine;  // apart: a program is checked whatever is wrong with the machine
   MachineConfig config;
-  if (!options.machine.empty()) {
-    auto read = read_machine_config(options.machine);
-    if (!read) return fail(read.error());
-    config = *std::move(read);
-  }
-  const std::chrono::sys_seconds now = system_clock()();
-  const WalkTerms terms = {.program = options.program,
-                           .clock = options.clock,
-                           .now = now,
-                           .max_operations = options.max_operations,
-                           .reading = options.reading,
-                           .command = "panelcal check"};
-  if (const auto set = set_walk_terms(terms, config); !set) return fail(set.error());
-  const StatedKeys keys = StatedKeys::of_file(options.machine);
-  if (!options.machine.empty()) {
-    check_machine(config, keys, stated_or(options.clock, now), of_machine);
-    if (options.program.empty()) check_stated_series(config, keys, of_machine);
+  if (const auto read = read_machine(options, config, of_machine); !read) {
+    return fail(read.error());
   }
   WalkOptions& walk = config.walk;
+  const auto state = [&](const CheckedJob* checked, const DiagnosticLog& found) {
+    return options.json.empty()
+               ? Expected<void>()
+               : context.output.write_to(options.json, check_facts(options, checked, walk, found));
+  };
   std::string result;
   if (!options.program.empty()) {
     walk.slots = walk.step_slots = Cycles::Kept;
@@ -148,6 +200,11 @@ ExitCode run_command(const CheckOptions& options, CommandContext& context) {
     }
     for (const Diagnostic& diagnostic : of_machine.kept()) log.add(diagnostic);
     context.console.print(log);
+    std::optional<CheckedJob> checked;
+    if (program && !log.has_errors()) checked.emplace(CheckedJob{*program, survey, passing});
+    if (const auto done = state(checked ? &*checked : nullptr, log); !done) {
+      return fail(done.error());
+    }
     if (log.has_errors()) {
       context.console.say(fmt::format("{}: {}, {}",
                                       options.program,
@@ -163,10 +220,13 @@ ExitCode run_command(const CheckOptions& options, CommandContext& context) {
                  "PROGRAM, -m machine.toml, or both"});
   } else {
     context.console.print(of_machine);
+    if (const auto done = state(nullptr, of_machine); !done) return fail(done.error());
     if (of_machine.has_errors()) return exit_code(of_machine);
     result = options.machine + ": no errors\n";
   }
   if (!options.machine.empty()) result += gates_lines(walk);
+  // Facts on standard output must not mix with the text.
+  if (options.json == "-") return ExitCode::Done;
   const auto written = context.output.write(result);
   return written ? ExitCode::Done : fail(written.error());
 }

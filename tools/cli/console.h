@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "calib/base/diagnostic.h"
+#include "calib/base/files/atomic_file.h"
 #include "calib/base/files/byte_sink.h"
 #include "tools/cli/options/options.h"
 
@@ -35,6 +36,10 @@ class Console {
 class StandardOutput final : public ByteSink {
  public:
   Expected<void> write(std::string_view bytes) override;
+  /// A result of a command: to a file, whole or not at all; "-" is standard output.
+  Expected<void> write_to(const std::string& path, std::string_view bytes) {
+    return path == "-" ? write(bytes) : write_file(path, bytes);
+  }
 };
 
 }  // namespace panelcal

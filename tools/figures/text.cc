@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 
 #include "calib/base/append_format.h"
@@ -34,16 +33,6 @@ std::size_t character_length(std::string_view text) {
   const bool is_bad = character < kLeast[length] || character > 0x10ffff || is_surrogate ||
                       is_no_character || is_bidi;
   return is_bad ? 0 : length;
-}
-
-std::string with_separators(std::string digits) {
-  const std::size_t begin = digits.starts_with('-') ? 1 : 0;
-  std::size_t end = std::min(digits.find('.'), digits.size());
-  while (end > begin + 3) {
-    end -= 3;
-    digits.insert(end, ",");
-  }
-  return digits;
 }
 
 }  // namespace
@@ -87,57 +76,9 @@ std::string escaped(std::string_view text) {
   return out;
 }
 
-std::string base64(std::string_view bytes) {
-  constexpr std::string_view kAlphabet =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  out.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t n = std::min<std::size_t>(3, bytes.size() - i);
-    std::uint32_t group = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      group = group << 8 | (k < n ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    }
-    for (std::size_t k = 0; k < 4; ++k) {
-      out += k <= n ? kAlphabet[group >> (18 - 6 * k) & 63U] : '=';
-    }
-  }
-  return out;
-}
-
-std::string fixed(double value, int n_decimals) {
-  if (std::isnan(value)) return "not a number";
-  const std::string text = fmt::format("{:.{}f}", value, n_decimals);
-  const bool is_zero = text.find_first_not_of("-0.") == std::string::npos;
-  return is_zero && text.starts_with('-') ? text.substr(1) : text;
-}
-
 std::string fixed_signed(double value, int n_decimals) {
   const std::string text = fixed(value, n_decimals);
   return std::isnan(value) || text.starts_with('-') ? text : "+" + text;
-}
-
-std::string shortest(double value) {
-  if (!std::isfinite(value)) return fixed(value, 0);
-  if (std::abs(value) >= 1e15 || (value != 0 && std::abs(value) < 1e-6)) {
-    return fmt::format("{:.3g}", value);
-  }
-  const int before_point =
-      value == 0 ? 1 : static_cast<int>(std::floor(std::log10(std::abs(value)))) + 1;
-  std::string text = fmt::format("{:.{}f}", value, std::clamp(6 - before_point, 0, 9));
-  if (text.find('.') != std::string::npos) {
-    text.erase(text.find_last_not_of('0') + 1);
-    if (text.ends_with('.')) text.pop_back();
-  }
-  return with_separators(std::move(text));
-}
-
-std::string grouped(std::int64_t n) {
-  return with_separators(std::to_string(n));
-}
-
-std::string counted(std::int64_t n, std::string_view noun) {
-  return fmt::format("{} {}{}", grouped(n), noun, n == 1 ? "" : "s");
 }
 
 std::string with_sigma(double value, double sigma, std::string_view unit, bool is_signed) {
@@ -157,33 +98,6 @@ std::string point_text(const Eigen::Vector2d& p_mm) {
 
 std::string path_text(std::span<const int> path) {
   return path.empty() ? std::string() : fmt::format("[{}]", fmt::join(path, ","));
-}
-
-std::string number_cell(std::string_view text) {
-  return fmt::format("<td class=\"num\">{}</td>", text);
-}
-
-std::string place_html(int line,
-                       std::string_view file,
-                       std::span<const int> path,
-                       const Eigen::Vector2d& nominal_mm) {
-  const std::string board = path_text(path);
-  return fmt::format("line {}{}{}, nominal {} mm",
-                     line,
-                     file.empty() ? "" : " of " + escaped(file),
-                     board.empty() ? "" : ", board " + board,
-                     point_text(nominal_mm));
-}
-
-std::string risk_html(double risk) {
-  if (risk < 1e-12) return "&lt; 10<sup>-12</sup>";
-  if (risk >= 0.001) return fmt::format("{:.2g}", risk);
-  // Rounded before it is split, so that 9.96e-5 is 1.0 x 10^-4.
-  const std::string text = fmt::format("{:.1e}", risk);
-  const std::size_t at = text.find('e');
-  int exponent = 0;
-  std::from_chars(text.data() + at + 1, text.data() + text.size(), exponent);
-  return fmt::format("{} &#215; 10<sup>{}</sup>", text.substr(0, at), exponent);
 }
 
 }  // namespace panelcal::report

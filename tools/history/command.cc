@@ -230,12 +230,7 @@ class History {
 
   /// A misspelt subject would be noted for something that no night ever calibrates.
   Expected<void> check_known(const LedgerKey& key) const {
-    LedgerFilter filter;
-    filter.machine = key.machine;
-    filter.kind = key.kind;
-    filter.subject = key.subject;
-    filter.last = 1;
-    PANELCAL_TRY(const std::vector<LedgerEntry> entries, ledger_.list(filter));
+    PANELCAL_TRY(const std::vector<LedgerEntry> entries, ledger_.list(key, 1));
     if (!entries.empty() || key == self_test_key(key.machine)) return {};
     return failure(
         {Code::LedgerEntryUnknown,

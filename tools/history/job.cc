@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "calib/base/clock.h"
-#include "machine/calibrate/calibration_record.h"
+#include "machine/calibrate/kinds/spindle_camera.h"
 #include "machine/config/machine_config.h"
 #include "machine/job/checked_program.h"
 #include "machine/job/walk_terms.h"

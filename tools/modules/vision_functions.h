@@ -5,6 +5,7 @@
 #include "vision/locate/target_check.h"
 #include "vision/picture/files/image_io.h"
 #include "vision/show/overlay.h"
+#include "vision/show/target_picture.h"
 #include "vision/suggest/find_marks.h"
 #include "vision/tag/read_tags.h"
 
@@ -22,6 +23,7 @@ struct VisionFunctions {
   decltype(&panelcal::internal::target_problem) target_problem;
   decltype(&panelcal::read_tags) read_tags;
   decltype(&panelcal::encode_overlay) encode_overlay;
+  decltype(&panelcal::target_picture) target_picture;
   decltype(&panelcal::find_marks) find_marks;
 };
 

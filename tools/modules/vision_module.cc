@@ -15,6 +15,7 @@ constexpr panelcal::modules::VisionFunctions kVisionFunctions = {
     .target_problem = &panelcal::internal::target_problem,
     .read_tags = &panelcal::read_tags,
     .encode_overlay = &panelcal::encode_overlay,
+    .target_picture = &panelcal::target_picture,
     .find_marks = &panelcal::find_marks,
 };
 

@@ -48,6 +48,10 @@ Expected<std::string> encode_overlay(const Image& image,
   return vision_functions().encode_overlay(image, detection, options);
 }
 
+Expected<TargetPicture> target_picture(const Image& image, const Detection& detection) {
+  return vision_functions().target_picture(image, detection);
+}
+
 std::vector<SeenMark> find_marks(const Image& image, const MarkOptions& options) {
   return vision_functions().find_marks(image, options);
 }

@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "calib/base/clock.h"
-#include "calib/base/files/atomic_file.h"
 #include "calib/base/interruption.h"
 #include "calib/base/thread_pool.h"
 #include "machine/config/machine_config.h"
 #include "machine/job/camera_pose.h"
+#include "machine/job/facts/job_facts.h"
 #include "machine/job/job.h"
 #include "machine/job/summary/depth_summary.h"
 #include "machine/job/summary/verdict_summary.h"
@@ -26,7 +26,7 @@
 #include "tools/cli/output_paths.h"
 #include "tools/cli/process/version.h"
 #include "tools/cli/provenance.h"
-#include "tools/report/html.h"
+#include "tools/page/page.h"
 #include "tools/run/fits_summary.h"
 #include "tools/run/seen_pictures.h"
 #include "vision/suggest/common_scale.h"
@@ -62,8 +62,9 @@ Expected<std::optional<ExplainChoice>> explain_choice(const RunOptions& options)
     return failure(usage("--explain " + quoted(options.explain),
                          "L and a line, such as L14, or the number of a place from 1"));
   }
-  if (options.output.empty() && !options.report.empty()) {
-    return failure(usage("--report without an output", "-o OUTPUT as well"));
+  if (options.output.empty() && !(options.report.empty() && options.json.empty())) {
+    const std::string_view option = options.report.empty() ? "--json" : "--report";
+    return failure(usage(fmt::format("{} without an output", option), "-o OUTPUT as well"));
   }
   return choice;
 }
@@ -96,12 +97,14 @@ class RunCommand {
       is_written_ = result->is_committed;
       tell(*result);
       explain_refused_fits(*result->survey);
-      write_report(*result);
+      state_facts(*result);
     }
     return finish();
   }
 
  private:
+  bool states_facts() const { return !options_.report.empty() || !options_.json.empty(); }
+
   bool take(Expected<void> done) {
     if (!done) log_.add(std::move(done).error());
     return done.has_value();
@@ -145,7 +148,7 @@ class RunCommand {
     if (!options_.slots.empty()) job_.keeps_slots = options_.slots == "keep";
     if (options_.resolution_um) job_.resolution = um(*options_.resolution_um);
     job_.force = options_.force;
-    job_.compares_models = job_.finds_worst_place = !options_.report.empty();
+    job_.compares_models = job_.finds_worst_place = job_.keeps_places = states_facts();
     job_.max_operations = options_.max_operations;
     note_provenance(time);
     if (options_.output == "-") {
@@ -158,7 +161,7 @@ class RunCommand {
 
   /// The digest of a large program takes as long as reading it, so it is made where it is told.
   void note_provenance(const std::string& time) {
-    const bool is_told = !options_.report.empty() || (job_.format && has_comments(*job_.format));
+    const bool is_told = states_facts() || (job_.format && has_comments(*job_.format));
     if (!is_told) return;
     provenance_ = provenance_of(context_.options,
                                 job_.program,
@@ -192,7 +195,7 @@ class RunCommand {
 
   /// Sizes are for the explanation of a refusal, pictures for the report.
   PictureObserver observer() {
-    PictureObserver draw = options_.report.empty() ? PictureObserver() : pictures_.observer();
+    PictureObserver draw = states_facts() ? pictures_.observer() : PictureObserver();
     return [this, draw](const SeenView& seen) {
       scale_.add(seen.detection);
       if (draw) draw(seen);
@@ -212,17 +215,13 @@ class RunCommand {
   Expected<void> tell_measured(const Survey& survey) {
     context_.console.say(fits_summary(survey));
     if (!options_.save_measurements.empty()) {
-      PANELCAL_CHECK(write_result(options_.save_measurements, measurement_lines(survey)));
+      PANELCAL_CHECK(
+          context_.output.write_to(options_.save_measurements, measurement_lines(survey)));
     }
     if (options_.save_probes.empty()) return {};
     std::string lines;
     for (const ProbeReading& reading : survey.probes) lines += to_json(reading) + "\n";
-    return write_result(options_.save_probes, lines);
-  }
-
-  /// To a file, whole or not at all, or to standard output.
-  Expected<void> write_result(const std::string& path, std::string_view bytes) {
-    return path == "-" ? context_.output.write(bytes) : write_file(path, bytes);
+    return context_.output.write_to(options_.save_probes, lines);
   }
 
   static std::string gates_off_words(const JobResult& result) {
@@ -246,7 +245,7 @@ class RunCommand {
     Console& console = context_.console;
     if (!result.explanation.empty()) {
       // With a result on standard output the explanation must not mix with it.
-      if (options_.output == "-") {
+      if (options_.output == "-" || options_.json == "-") {
         console.say(result.explanation);
       } else {
         take(context_.output.write(result.explanation));
@@ -272,18 +271,17 @@ class RunCommand {
     if (result.truth) console.say("\nerror against truth\n" + result.truth->summary());
   }
 
-  void write_report(const JobResult& result) {
-    if (options_.report.empty()) return;
-    warn_of_scale();
-    ReportInput input;
+  JobFactsInput facts_input(const JobResult& result) {
+    JobFactsInput input;
     input.program_file = job_.program.source.file;
     input.machine_name = machine_.name;
     input.source = result.source;
     input.output_file = is_written_ ? options_.output : "";
     input.forced = is_written_ && log_.has_errors();
     input.survey = result.survey.get();
-    input.tally = is_written_ ? &result.tally : nullptr;
-    input.truth = is_written_ ? result.truth.get() : nullptr;
+    input.tally = result.is_executed ? &result.tally : nullptr;
+    input.places = result.is_executed ? result.places.get() : nullptr;
+    input.truth = result.is_executed ? result.truth.get() : nullptr;
     input.verdict = result.verdict.get();
     input.depth = result.depth.get();
     input.unstated = result.unstated;
@@ -291,14 +289,26 @@ class RunCommand {
     input.worst_hole = result.worst_hole;
     input.worst_number = result.worst_number;
     if (result.surface_use) input.surface_use = result.surface_use->summary();
-    input.crops_png = std::move(pictures_.crops_png);
-    input.views = std::move(pictures_.views);
+    input.pictures = std::move(pictures_.by_seq);
     input.diagnostics = log_.kept();
     input.provenance = provenance_;
     input.provenance.emplace_back(
         "date", options_.clock.empty() ? iso_8601(system_clock()()) : options_.clock);
     std::ranges::move(ledger_head_row(machine_.ledger_file), std::back_inserter(input.provenance));
-    if (take(write_result(options_.report, report_html(input)))) {
+    return input;
+  }
+
+  /// As JSON and as a page that shows the same.
+  void state_facts(const JobResult& result) {
+    if (!states_facts()) return;
+    warn_of_scale();
+    const JobFactsInput input = facts_input(result);
+    const std::string facts = job_facts(input);
+    if (!options_.json.empty()) take(context_.output.write_to(options_.json, facts));
+    if (options_.report.empty()) return;
+    const std::string title = input.program_file + " - panelcal";
+    if (take(context_.output.write_to(options_.report,
+                                      page_html(title, facts, job_pictures(input))))) {
       context_.console.say("report: " + options_.report);
     }
   }

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "calib/base/append_format.h"
-#include "tools/report/fits/models.h"
+#include "tools/run/model_lines.h"
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -169,7 +169,7 @@ std::string fits_summary(const Survey& survey) {
     if (series.is_smooth()) {
       internal::append_format(out, "panel (line {}): {}\n", series.line, model_text(series));
     }
-    out += report::model_line(series);
+    out += model_line(series);
     if (series.layer_spread) {
       internal::append_format(out,
                               "panel (line {}): layers of a target at most {:.3f} um apart\n",
@@ -180,7 +180,7 @@ std::string fits_summary(const Survey& survey) {
   if (n_nested > 0) {
     internal::append_format(
         out, "{} nested fits, worst residual {:.3f} um\n", n_nested, worst_nested_um);
-    out += report::nested_models_line(survey);
+    out += nested_models_line(survey);
   }
   return out + misfits_summary(survey) + gates_summary(survey);
 }

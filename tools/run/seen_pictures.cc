@@ -4,16 +4,17 @@
 #include <utility>
 
 #include "calib/correction/spindle_camera.h"
-#include "vision/show/overlay.h"
+#include "vision/show/target_picture.h"
 
 namespace panelcal {
 namespace {
 
-ReportView report_view(const SeenView& seen) {
-  ReportView view;
+SeenPicture seen_picture(const SeenView& seen) {
+  SeenPicture view;
   view.i_view = seen.view.i_view;
   // The two have the same words.
   view.status = *measurement_status_from_name(name(seen.detection.status));
+  view.reason = seen.detection.reason;
   const auto in_work = [&](const Position<frame::Optical>& place) -> Eigen::Vector2d {
     return (machine_from_optical(seen.picture.axis, place) - seen.request.work_zero).in_mm();
   };
@@ -26,7 +27,7 @@ ReportView report_view(const SeenView& seen) {
     view.frame_mm.push_back(in_work(seen.camera.mapping(position_px(x_px, y_px))));
   }
   if (seen.detection.best && seen.detection.best->center_optical) {
-    view.seen_mm.push_back(in_work(seen.detection.best->center_optical->position));
+    view.seen_mm = in_work(seen.detection.best->center_optical->position);
   }
   return view;
 }
@@ -35,13 +36,12 @@ ReportView report_view(const SeenView& seen) {
 
 PictureObserver SeenPictures::observer() {
   return [this](const SeenView& seen) {
-    ReportView view = report_view(seen);
-    // A picture that cannot be drawn is only missing from the report.
-    if (auto png = encode_overlay(seen.picture.image, seen.detection)) {
-      if (seen.detection.best) view.crop_png = *png;
-      crops_png[seen.request.seq] = *std::move(png);
+    SeenPicture view = seen_picture(seen);
+    // A picture that cannot be cut out is only missing from the report.
+    if (auto picture = target_picture(seen.picture.image, seen.detection)) {
+      view.picture = *std::move(picture);
     }
-    views[seen.request.seq].push_back(std::move(view));
+    by_seq[seen.request.seq].push_back(std::move(view));
   };
 }
 

@@ -3,18 +3,16 @@
 
 #include <cstdint>
 #include <map>
-#include <string>
 #include <vector>
 
+#include "machine/job/facts/input.h"
 #include "machine/look/vision_procedure.h"
-#include "tools/report/input/views.h"
 
 namespace panelcal {
 
-/// The pictures of a job, as its report shows them, by the number of the request.
+/// The pictures of a job, as its facts show them, by the number of the request.
 struct SeenPictures {
-  std::map<std::int64_t, std::string> crops_png;
-  std::map<std::int64_t, std::vector<ReportView>> views;
+  std::map<std::int64_t, std::vector<SeenPicture>> by_seq;
 
   /// Keeps what is seen here. Precondition: this outlives it
   PictureObserver observer();

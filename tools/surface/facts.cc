@@ -8,6 +8,8 @@
 #include <optional>
 #include <utility>
 
+#include "calib/base/statistics/median.h"
+
 namespace panelcal::surface {
 namespace {
 
@@ -142,11 +144,7 @@ MapFacts facts_of(const StoredMap& stored, const IsSurface& is_surface) {
     look(raster.middle(i), *raster.cells[i]);
     sigmas_mm.push_back(raster.cells[i]->sigma.in_mm());
   }
-  if (!sigmas_mm.empty()) {
-    const auto middle = sigmas_mm.begin() + static_cast<std::ptrdiff_t>(sigmas_mm.size() / 2);
-    std::ranges::nth_element(sigmas_mm, middle);
-    out.usual_sigma = mm(*middle);
-  }
+  out.usual_sigma = mm(median(std::move(sigmas_mm)));
   // A raster may count more than there is.
   const double without_mm2 = static_cast<double>(raster.n_without) * raster.cell_mm2();
   out.hull_mm2 = std::max(raster.cell_mm2(), area_mm2(map.hull()) - without_mm2);

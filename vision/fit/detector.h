@@ -2,28 +2,24 @@
 #pragma once
 
 #include <cstddef>
-#include <string>
 #include <vector>
 
 #include "calib/camera/mapping.h"
 #include "vision/fit/detection.h"
+#include "vision/fit/judgement.h"
 #include "vision/fit/search_area.h"
 #include "vision/fit/target.h"
 #include "vision/picture/image.h"
 
+// Not installed.
 namespace panelcal::internal {
 
 /// A candidate after its fit, and what speaks against it.
 struct FittedCandidate {
-  enum class Verdict {
-    Good,
-    Unfit,     ///< surely there, but not the target asked for: wrong size, at the border
-    Unlikely,  ///< too faint or too little like the target to be called one
-  };
-
-  Verdict verdict = Verdict::Unlikely;
-  std::string reason;
+  Judgement judgement;
   TargetFit fit;
+
+  bool is_good() const { return judgement.verdict == Verdict::Good; }
 };
 
 /// The input of every detector.
@@ -33,6 +29,11 @@ struct DetectorInput {
   const CameraMapping* mapping = nullptr;
   const LocateOptions& options;  ///< validated
   SearchArea area;
+
+  /// Grey levels.
+  double min_contrast() const { return options.min_contrast * image.full_scale(); }
+  /// Of the target's levels against its surroundings'.
+  double sign() const { return target.polarity == Polarity::Dark ? -1 : 1; }
 };
 
 /// The places of one picture that are fitted at most: rows of equal pads around round targets,
@@ -40,16 +41,12 @@ struct DetectorInput {
 constexpr std::size_t kMaxFitted = 24;
 constexpr std::size_t kMaxFittedSlow = 8;
 
-/// Finds every candidate in the searched area, fits and judges it; the order does not matter.
-///
-/// A candidate whose fit leaves the searched area is left out.
-std::vector<FittedCandidate> detect_rims(const DetectorInput& input);  // Disc, Hole, Ring
-/// The same with another limit to how many rims are fitted, the best seen ones.
+/// A detector of each family of shapes, by detect() of vision/fit/pipeline.h.
+using Detector = std::vector<FittedCandidate>(const DetectorInput& input);
+#define PANELCAL_SHAPE(shape, word, size, detector, max_fitted) Detector detector;
+#include "vision/fit/shapes.def"
+
+/// detect_rims() with another limit to how many rims are fitted, the best seen ones.
 std::vector<FittedCandidate> detect_rims(const DetectorInput& input, std::size_t max_fitted);
-std::vector<FittedCandidate> detect_cells(const DetectorInput& input);  // Square, Diamond, Cross
-std::vector<FittedCandidate> detect_slots(const DetectorInput& input);
-std::vector<FittedCandidate> detect_dots(const DetectorInput& input);
-std::vector<FittedCandidate> detect_templates(const DetectorInput& input);
-std::vector<FittedCandidate> detect_tags(const DetectorInput& input);
 
 }  // namespace panelcal::internal

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "calib/base/estimate.h"
 #include "calib/base/units.h"
@@ -55,6 +56,16 @@ class FitFrame {
   double scale_mm_ = 1;
   Eigen::Vector2d origin_mm_ = Eigen::Vector2d::Zero();
 };
+
+/// Those of an outline's places that the lens model can draw, px.
+inline std::vector<Eigen::Vector2d> in_picture(const FitFrame& fit_frame,
+                                               const std::vector<Eigen::Vector2d>& outline) {
+  std::vector<Eigen::Vector2d> outline_px;
+  for (const Eigen::Vector2d& at : outline) {
+    if (const auto u = fit_frame.to_image(at)) outline_px.push_back(*u);
+  }
+  return outline_px;
+}
 
 /// A target's length in units of its fit frame: given in mm with a mapping, in px without one.
 inline std::optional<double> frame_length(const std::optional<Length>& length,

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vision/fit/local_maxima.h"
+#include "vision/fit/regression.h"
 #include "vision/picture/cv_bridge.h"
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
@@ -39,28 +41,17 @@ Best best_of(const cv::Mat& picture, std::span<const SearchPattern> patterns, bo
 
 /// Slope of the picture on the pattern.
 double gain_at(const cv::Mat& picture, const cv::Mat& pattern, const cv::Point& at) {
-  double n = 0;
-  double sum_p = 0;
-  double sum_v = 0;
-  double sum_pp = 0;
-  double sum_pv = 0;
+  Regression sums;
   for (int y = 0; y < pattern.rows; ++y) {
     const int py = at.y + y - pattern.rows / 2;
     if (py < 0 || py >= picture.rows) continue;
     for (int x = 0; x < pattern.cols; ++x) {
       const int px = at.x + x - pattern.cols / 2;
       if (px < 0 || px >= picture.cols) continue;
-      const double p = pattern.at<float>(y, x);
-      const double v = picture.at<float>(py, px);
-      ++n;
-      sum_p += p;
-      sum_v += v;
-      sum_pp += p * p;
-      sum_pv += p * v;
+      sums.add(pattern.at<float>(y, x), picture.at<float>(py, px));
     }
   }
-  const double variance = n * sum_pp - sum_p * sum_p;
-  return variance > 0 ? (n * sum_pv - sum_p * sum_v) / variance : 0;
+  return sums.model_square() > 0 ? sums.gain() : 0;
 }
 
 /// Offset of a parabola's top through three values, -0.5 to 0.5.
@@ -81,23 +72,6 @@ Eigen::Vector2d refined(const cv::Mat& correlation, const cv::Point& at) {
                         correlation.at<float>(at.y + 1, at.x));
   }
   return place;
-}
-
-/// Local maxima above the threshold, the best first.
-std::vector<cv::Point> maxima_of(const cv::Mat& correlation, double threshold) {
-  cv::Mat highest;
-  cv::dilate(correlation, highest, cv::Mat());
-  std::vector<cv::Point> maxima;
-  for (int y = 0; y < correlation.rows; ++y) {
-    for (int x = 0; x < correlation.cols; ++x) {
-      const float value = correlation.at<float>(y, x);
-      if (value >= threshold && value >= highest.at<float>(y, x)) maxima.emplace_back(x, y);
-    }
-  }
-  std::stable_sort(maxima.begin(), maxima.end(), [&](const cv::Point& a, const cv::Point& b) {
-    return correlation.at<float>(a) > correlation.at<float>(b);
-  });
-  return maxima;
 }
 
 }  // namespace
@@ -126,7 +100,7 @@ std::vector<PatternPeak> search_patterns(const ReducedPicture& picture,
   if (picture.image.empty() || patterns.empty()) return peaks;
   const cv::Mat seen = pixels_of(picture.image);
   const Best best = best_of(seen, patterns, options.is_inverted);
-  for (const cv::Point& at : maxima_of(best.correlation, options.min_correlation)) {
+  for (const cv::Point& at : local_maxima(best.correlation, options.min_correlation)) {
     if (peaks.size() >= options.max_peaks) break;
     const Eigen::Vector2d place = refined(best.correlation, at);
     const bool is_new = std::none_of(peaks.begin(), peaks.end(), [&](const PatternPeak& other) {

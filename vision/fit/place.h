@@ -2,15 +2,19 @@
 #pragma once
 
 #include <optional>
-#include <string>
-#include <string_view>
 
 #include "vision/fit/detection.h"
 #include "vision/fit/frame.h"
 #include "vision/fit/target.h"
 #include <Eigen/Core>
 
+// Not installed.
 namespace panelcal::internal {
+
+/// A place of the fit frame and its covariance in the picture.
+PositionEstimate<frame::Image> in_image(const FitFrame& fit_frame,
+                                        const Eigen::Vector2d& at,
+                                        const Eigen::Matrix2d& cov);
 
 /// Centre and size in the units of the outside world.
 ///
@@ -20,10 +24,6 @@ void set_place(const FitFrame& fit_frame,
                const Eigen::Matrix2d& cov,
                double size,
                TargetFit& fit);
-
-/// Says by how much a length is off; empty if it is within the tolerance. Lengths in frame units.
-std::optional<std::string> size_problem(
-    const FitFrame& fit_frame, std::string_view what, double seen, double asked, double tolerance);
 
 /// The size of a fit over the one that is asked for; absent for a target without a size.
 std::optional<double> size_ratio(const TargetFit& fit, const Target& target);

@@ -17,6 +17,11 @@ struct PixelBox {
   int height = 0;
 };
 
+/// The pixels of a picture from the one before `low` to the one behind `high`.
+PixelBox pixels_between(const Eigen::Vector2d& low,
+                        const Eigen::Vector2d& high,
+                        const Image& image);
+
 /// Area in which targets' places may be: a circle, or the whole picture.
 class SearchArea {
  public:

@@ -37,12 +37,6 @@ struct Raster {
 /// Source Unser, Aldroubi and Eden 1993 (recursive filter)
 Raster spline_coefficients(const Raster& values);
 
-/// The convolution with a Gaussian, mirrored at the border; sigma 0 changes nothing.
-Raster blurred(const Raster& in, double sigma_px);
-
-/// Averages factor x factor pixels; what is left over at the right and bottom is dropped.
-Raster averaged(const Raster& in, int factor);
-
 /// The four basis splines around a place, and their slopes.
 struct SplineWeights {
   int first = 0;  ///< of the four pixels

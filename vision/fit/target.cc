@@ -11,16 +11,16 @@
 namespace panelcal {
 namespace {
 
-constexpr std::array kShapes = {std::pair{Shape::Disc, std::string_view("disc")},
-                                std::pair{Shape::Hole, std::string_view("hole")},
-                                std::pair{Shape::Ring, std::string_view("ring")},
-                                std::pair{Shape::Square, std::string_view("square")},
-                                std::pair{Shape::Diamond, std::string_view("diamond")},
-                                std::pair{Shape::Cross, std::string_view("cross")},
-                                std::pair{Shape::Slot, std::string_view("slot")},
-                                std::pair{Shape::Dots, std::string_view("dots")},
-                                std::pair{Shape::Template, std::string_view("template")},
-                                std::pair{Shape::AprilTag, std::string_view("apriltag")}};
+constexpr std::array kShapes = {
+#define PANELCAL_SHAPE(shape, word, size, detector, max_fitted) \
+  std::pair{Shape::shape, std::string_view(word)},
+#include "vision/fit/shapes.def"
+};
+constexpr std::array kSizes = {
+#define PANELCAL_SHAPE(shape, word, size, detector, max_fitted) \
+  std::pair{Shape::shape, std::string_view(size)},
+#include "vision/fit/shapes.def"
+};
 constexpr std::array kPolarities = {std::pair{Polarity::Bright, std::string_view("bright")},
                                     std::pair{Polarity::Dark, std::string_view("dark")}};
 
@@ -60,6 +60,10 @@ std::string_view name(Shape shape) {
 
 std::string_view name(Polarity polarity) {
   return name_in(kPolarities, polarity);
+}
+
+std::string_view size_words(Shape shape) {
+  return name_in(kSizes, shape);
 }
 
 std::optional<Shape> shape_from_name(std::string_view name) {

@@ -14,22 +14,17 @@
 
 namespace panelcal {
 
+/// The shapes, one for each row.
 enum class Shape {
-  Disc,      ///< a full round pad
-  Hole,      ///< a drilled hole: a disc, dark unless stated otherwise, whose rim may have burrs
-  Ring,      ///< an annular pad; its hole may be off-centre
-  Square,    ///< sides along x and y, but for `angle`
-  Diamond,   ///< a square on its tip
-  Cross,     ///< two bars of equal length and width
-  Slot,      ///< two parallel edges: tells the coordinate across them and nothing else
-  Dots,      ///< a dot-code: several equal discs in a known arrangement
-  Template,  ///< whatever a given picture shows
-  AprilTag,
+#define PANELCAL_SHAPE(shape, word, size, detector, max_fitted) shape,
+#include "vision/fit/shapes.def"
 };
 enum class Polarity { Bright, Dark };  ///< the target against its surroundings
 
 std::string_view name(Shape shape);
 std::string_view name(Polarity polarity);
+/// Meaning of a shape's size, for messages: "the outer diameter".
+std::string_view size_words(Shape shape);
 std::optional<Shape> shape_from_name(std::string_view name);
 std::optional<Polarity> polarity_from_name(std::string_view name);
 

@@ -2,6 +2,7 @@
 #include "vision/locate/locate.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <exception>
 #include <limits>
@@ -19,7 +20,7 @@ namespace {
 
 using internal::DetectorInput;
 using internal::FittedCandidate;
-using Verdict = FittedCandidate::Verdict;
+using internal::Verdict;
 
 /// Distance of a candidate from the requested target: a size off by its tolerance counts as a score
 /// that is lower by a fifth, and so does a place at the rim of the searched circle.
@@ -45,15 +46,15 @@ void rank(std::vector<FittedCandidate>& candidates,
           const Target& target,
           const LocateOptions& options) {
   const auto key = [&](const FittedCandidate& c) {
-    const bool is_good = c.verdict == Verdict::Good;
-    return std::pair(!is_good, is_good ? -c.fit.score : distance_from_asked(c, target, options));
+    return std::pair(!c.is_good(),
+                     c.is_good() ? -c.fit.score : distance_from_asked(c, target, options));
   };
   std::ranges::stable_sort(candidates, {}, key);
 }
 
 std::string not_found_reason(const std::vector<FittedCandidate>& candidates) {
   if (candidates.empty()) return "nothing like the target is in the searched area";
-  return "the likeliest place does not count: " + candidates.front().reason;
+  return "the likeliest place does not count: " + candidates.front().judgement.reason;
 }
 
 Detection decide(std::vector<FittedCandidate> candidates,
@@ -65,29 +66,29 @@ Detection decide(std::vector<FittedCandidate> candidates,
     detection.candidates.push_back({c.fit.center.position,
                                     c.fit.size,
                                     c.fit.score,
-                                    c.reason,
+                                    c.judgement.reason,
                                     c.fit.outlines_px,
                                     c.fit.center.cov,
                                     c.fit.center_optical,
                                     c.fit.size_mm,
-                                    c.verdict == Verdict::Good});
-    detection.n_candidates += c.verdict == Verdict::Good;
+                                    c.is_good()});
+    detection.n_candidates += c.is_good();
   }
-  if (candidates.empty() || candidates.front().verdict == Verdict::Unlikely) {
+  if (candidates.empty() || candidates.front().judgement.verdict == Verdict::Unlikely) {
     detection.status = DetectionStatus::NotFound;
     detection.reason = not_found_reason(candidates);
     return detection;
   }
   detection.best = candidates.front().fit;
   detection.size_ratio = internal::size_ratio(*detection.best, target);
-  if (candidates.front().verdict == Verdict::Unfit) {
+  if (candidates.front().judgement.verdict == Verdict::Unfit) {
     detection.status = DetectionStatus::Rejected;
-    detection.reason = candidates.front().reason;
+    detection.reason = candidates.front().judgement.reason;
     return detection;
   }
   const double limit = candidates.front().fit.score - options.ambiguity_margin;
   const auto n_equal = std::count_if(candidates.begin(), candidates.end(), [&](const auto& c) {
-    return c.verdict == Verdict::Good && c.fit.score >= limit;
+    return c.is_good() && c.fit.score >= limit;
   });
   detection.status = n_equal > 1 ? DetectionStatus::Ambiguous : DetectionStatus::Found;
   if (n_equal > 1) {
@@ -106,43 +107,26 @@ Detection rejected(std::string reason) {
   return detection;
 }
 
-using Detector = std::vector<FittedCandidate> (*)(const DetectorInput&);
-
-Detector detector_of(Shape shape) {
-  switch (shape) {
-    case Shape::Disc:
-    case Shape::Hole:
-    case Shape::Ring:
-      return internal::detect_rims;
-    case Shape::Square:
-    case Shape::Diamond:
-    case Shape::Cross:
-      return internal::detect_cells;
-    case Shape::Slot:
-      return internal::detect_slots;
-    case Shape::Dots:
-      return internal::detect_dots;
-    case Shape::Template:
-      return internal::detect_templates;
-    case Shape::AprilTag:
-      return internal::detect_tags;
-  }
-  return internal::detect_rims;
-}
-
-std::size_t max_fitted(Shape shape) {
-  const bool is_slow = shape == Shape::Slot || shape == Shape::Dots || shape == Shape::Template ||
-                       shape == Shape::AprilTag;
-  return is_slow ? internal::kMaxFittedSlow : internal::kMaxFitted;
-}
+/// A row of vision/fit/shapes.def.
+struct ShapeRow {
+  Shape shape;
+  internal::Detector* detect;
+  std::size_t max_fitted;
+};
+constexpr std::array kRows = {
+#define PANELCAL_SHAPE(shape, word, size, detector, max_fitted) \
+  ShapeRow{Shape::shape, internal::detector, internal::max_fitted},
+#include "vision/fit/shapes.def"
+};
 
 Detection locate_checked(const Image& image,
                          const Target& target,
                          const CameraMapping* mapping,
                          const LocateOptions& options) {
   const DetectorInput input{image, target, mapping, options, internal::SearchArea(options)};
-  std::vector<FittedCandidate> candidates = detector_of(target.shape)(input);
-  const bool lists_all = candidates.size() < max_fitted(target.shape);
+  const ShapeRow& row = *std::ranges::find(kRows, target.shape, &ShapeRow::shape);
+  std::vector<FittedCandidate> candidates = row.detect(input);
+  const bool lists_all = candidates.size() < row.max_fitted;
   Detection detection = decide(std::move(candidates), target, options);
   detection.lists_all = lists_all;
   const bool is_refused = detection.status == DetectionStatus::NotFound ||

@@ -1,20 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
-#include <string>
+#include <optional>
 #include <utility>
 #include <vector>
 
-#include "vision/fit/detector.h"
 #include "vision/fit/frame.h"
+#include "vision/fit/pipeline.h"
 #include "vision/polygon/dot_code.h"
 #include <Eigen/LU>
 #include <fmt/format.h>
 
 namespace panelcal::internal {
 namespace {
-
-using Verdict = FittedCandidate::Verdict;
 
 /// Residuals may be larger than the dots' covariances say by chance in one of some ten thousand
 /// codes; and by this part of the size tolerance, as dots are etched no better than that.
@@ -114,11 +112,11 @@ bool fill_place(const DetectorInput& input,
   return true;
 }
 
-/// Reason why a code whose dots were found is not the target; empty if it is.
-std::string problem_of(const DetectorInput& input,
-                       const DotCode& code,
-                       const DotPose& pose,
-                       bool in_mm) {
+/// Of a code whose dots were found.
+Problem code_problem(const DetectorInput& input,
+                     const DotCode& code,
+                     const DotPose& pose,
+                     bool in_mm) {
   const double expected = pose.degrees_of_freedom;
   const double limit =
       expected + kChiSquareSigmas * std::sqrt(2 * expected) + kChiSquareSigmas * kChiSquareSigmas;
@@ -139,105 +137,91 @@ std::string problem_of(const DetectorInput& input,
         100 * scale,
         100 * code.scale_tolerance);
   }
-  const double turn = pose.turn - code.turn;
-  if (std::abs(turn) > code.turn_tolerance + kDotSigmas * std::sqrt(pose.cov(2, 2))) {
-    return fmt::format("it is turned by {:+.2f} degrees; {:.2f} are allowed",
-                       rad(turn).in_deg(),
-                       rad(code.turn_tolerance).in_deg());
-  }
-  return {};
+  return turn_problem(pose.turn - code.turn, std::sqrt(pose.cov(2, 2)), code.turn_tolerance);
 }
 
-FittedCandidate candidate_of(const DetectorInput& input,
-                             const DotCode& code,
-                             const std::vector<FittedCandidate>& dots,
-                             const std::vector<SeenDot>& seen,
-                             const DotAssignment& assignment,
-                             bool in_mm) {
-  const DotPose pose = fit_dots(code, seen, assignment);
-  std::vector<const TargetFit*> own;
-  for (const auto& i : assignment) {
-    if (i) own.push_back(&dots[static_cast<std::size_t>(*i)].fit);
-  }
-  FittedCandidate candidate;
-  candidate.fit.visible = 0;
-  fill_from_dots(own, static_cast<int>(assignment.size()), candidate.fit);
-  // Dots that are etched worse than they are seen: their scatter counts.
-  const double inflation =
-      pose.degrees_of_freedom > 0 ? std::max(1.0, pose.chi_square / pose.degrees_of_freedom) : 1;
-  const bool is_scattered =
-      pose.chi_square >
-      pose.degrees_of_freedom + kDotSigmas * std::sqrt(2.0 * pose.degrees_of_freedom);
-  const double factor = is_scattered ? inflation : 1;
-  if (!fill_place(input, pose, in_mm, factor * pose.cov.topLeftCorner<2, 2>(), candidate.fit)) {
-    candidate.reason = "its place is where the camera mapping ends";
-    return candidate;
-  }
-  candidate.fit.angle_sigma = rad(std::sqrt(factor * pose.cov(2, 2)));
-  candidate.reason = problem_of(input, code, pose, in_mm);
-  candidate.verdict = candidate.reason.empty() ? Verdict::Good : Verdict::Unfit;
-  if (candidate.verdict == Verdict::Good && candidate.fit.score < input.options.min_score) {
-    candidate.verdict = Verdict::Unlikely;
-    candidate.reason = fmt::format("its score is {:.2f}, at least {:.2f} is asked for",
-                                   candidate.fit.score,
-                                   input.options.min_score);
-  }
-  return candidate;
-}
+/// Arrangements of equal discs.
+class DotCodes {
+ public:
+  using Sighting = DotAssignment;
+  struct Fit {
+    TargetFit target;
+    DotPose pose;
+    bool is_drawn = true;  ///< the lens model reaches its place
+  };
 
-/// A candidate that only carries a reason; it stands where one would look.
-FittedCandidate dots_refusal(const DetectorInput& input, Verdict verdict, std::string reason) {
-  FittedCandidate candidate;
-  candidate.verdict = verdict;
-  candidate.reason = std::move(reason);
-  const PixelBox box = input.area.box(input.image, 0);
-  const Eigen::Vector2d middle(box.x0 + 0.5 * (box.width - 1), box.y0 + 0.5 * (box.height - 1));
-  // The whole box either way says that this is no measurement.
-  const double side = std::max({1, box.width, box.height});
-  candidate.fit.center = {position_px<frame::Image>(middle),
-                          side * side * Eigen::Matrix2d::Identity()};
-  return candidate;
-}
+  explicit DotCodes(const DetectorInput& input)
+      : input_(input),
+        code_(dot_code_of(input)),
+        own_turn_rad_(self_turn(code_)),
+        in_mm_(!code_.fits_scale && input.mapping != nullptr) {
+    if (own_turn_rad_) return;
+    for (FittedCandidate& dot : find_dots(input)) {
+      if (!dot.is_good()) continue;
+      seen_.push_back(seen_dot(dot, in_mm_));
+      dots_.push_back(std::move(dot));
+    }
+  }
+
+  Proposals<Sighting> propose() const {
+    if (own_turn_rad_) {
+      return {{},
+              unfit(fmt::format("the code looks the same when turned by {:.0f} degrees: a smaller "
+                                "angle_tolerance is needed, or another code",
+                                rad(*own_turn_rad_).in_deg()))};
+    }
+    if (seen_.empty()) return {};
+    const int n = static_cast<int>(code_.dots.size());
+    return {
+        match_dots(code_, seen_),
+        unlikely(fmt::format("no {} of the code's {} dots are in their places; {} dots are seen",
+                             least_dots(n),
+                             n,
+                             seen_.size()))};
+  }
+
+  Fit fit(const Sighting& assignment) const {
+    Fit fit{.target = {}, .pose = fit_dots(code_, seen_, assignment)};
+    const DotPose& pose = fit.pose;
+    std::vector<const TargetFit*> own;
+    for (const auto& i : assignment) {
+      if (i) own.push_back(&dots_[static_cast<std::size_t>(*i)].fit);
+    }
+    fit.target.visible = 0;
+    fill_from_dots(own, static_cast<int>(assignment.size()), fit.target);
+    // Dots that are etched worse than they are seen: their scatter counts.
+    const double dof = pose.degrees_of_freedom;
+    const bool is_scattered = pose.chi_square > dof + kDotSigmas * std::sqrt(2 * dof);
+    const double factor = is_scattered && dof > 0 ? std::max(1.0, pose.chi_square / dof) : 1;
+    const Eigen::Matrix2d cov = factor * pose.cov.topLeftCorner<2, 2>();
+    fit.is_drawn = fill_place(input_, pose, in_mm_, cov, fit.target);
+    fit.target.angle_sigma = rad(std::sqrt(factor * pose.cov(2, 2)));
+    return fit;
+  }
+
+  Judgement judge(const Fit& fit) const {
+    if (!fit.is_drawn) return unlikely("its place is where the camera mapping ends");
+    if (auto problem = code_problem(input_, code_, fit.pose, in_mm_)) {
+      return unfit(*std::move(problem));
+    }
+    if (auto problem = score_problem(fit.target.score, input_.options.min_score))
+      return unlikely(*std::move(problem));
+    return {};
+  }
+
+ private:
+  const DetectorInput& input_;
+  DotCode code_;
+  std::optional<double> own_turn_rad_;  ///< by which it looks the same
+  bool in_mm_;
+  std::vector<FittedCandidate> dots_;
+  std::vector<SeenDot> seen_;
+};
 
 }  // namespace
 
 std::vector<FittedCandidate> detect_dots(const DetectorInput& input) {
-  const DotCode code = dot_code_of(input);
-  if (const auto turn = self_turn(code)) {
-    return {
-        dots_refusal(input,
-                     Verdict::Unfit,
-                     fmt::format("the code looks the same when turned by {:.0f} degrees: a smaller "
-                                 "angle_tolerance is needed, or another code",
-                                 rad(*turn).in_deg()))};
-  }
-  const bool in_mm = !code.fits_scale && input.mapping != nullptr;
-  std::vector<FittedCandidate> dots;
-  std::vector<SeenDot> seen;
-  for (FittedCandidate& dot : find_dots(input)) {
-    if (dot.verdict != Verdict::Good) continue;
-    seen.push_back(seen_dot(dot, in_mm));
-    dots.push_back(std::move(dot));
-  }
-  std::vector<FittedCandidate> candidates;
-  for (const DotAssignment& assignment : match_dots(code, seen)) {
-    FittedCandidate candidate = candidate_of(input, code, dots, seen, assignment, in_mm);
-    if (input.area.contains(candidate.fit.center.position.in_px(), 0)) {
-      candidates.push_back(std::move(candidate));
-    }
-  }
-  if (candidates.empty() && !seen.empty()) {
-    const int n = static_cast<int>(code.dots.size());
-    candidates.push_back(
-        dots_refusal(input,
-                     Verdict::Unlikely,
-                     fmt::format("no {} of the code's {} dots are in their places; {} "
-                                 "dots are seen",
-                                 least_dots(n),
-                                 n,
-                                 seen.size())));
-  }
-  return candidates;
+  return detect(input, DotCodes(input));
 }
 
 }  // namespace panelcal::internal

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <optional>
 
+#include "calib/base/statistics/median.h"
 #include "vision/fit/frame_patch.h"
 #include "vision/fit/search_area.h"
 #include "vision/polygon/quality.h"
@@ -72,14 +73,8 @@ std::optional<PixelBox> polygon_box(const Image& image,
     low = low.cwiseMin(*u - first);
     high = high.cwiseMax(*u - first);
   }
-  const auto clamped = [](double v, int end) {
-    return static_cast<int>(std::clamp(v, 0.0, static_cast<double>(end)));
-  };
-  PixelBox box;
-  box.x0 = clamped(std::floor(low.x() / k) - 1, image.width());
-  box.y0 = clamped(std::floor(low.y() / k) - 1, image.height());
-  box.width = clamped(std::ceil(high.x() / k) + 2, image.width()) - box.x0;
-  box.height = clamped(std::ceil(high.y() / k) + 2, image.height()) - box.y0;
+  const Eigen::Vector2d one = Eigen::Vector2d::Ones();
+  const PixelBox box = pixels_between(low / k - one, high / k + one, image);
   if (box.width < 1 || box.height < 1) return std::nullopt;
   return box;
 }
@@ -149,12 +144,6 @@ void classify(const CellModel& model,
   }
 }
 
-double median_residual(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// Levels of background and target from the pixels that are almost flat; false if there are none.
 bool guess_levels(const CellModel& model, const std::vector<CellPixel>& pixels, CellState& state) {
   constexpr std::array kShares = {0.0, 0.02, 0.1, 0.25, 0.4};
@@ -185,8 +174,8 @@ bool guess_levels(const CellModel& model, const std::vector<CellPixel>& pixels, 
   }
   constexpr std::size_t kLeast = 4;
   if (low.size() < kLeast || high.size() < kLeast) return false;
-  const double background = median_residual(low);
-  state.levels << background, 0, 0, median_residual(high) - background, 0, 0;
+  const double background = median(std::move(low));
+  state.levels << background, 0, 0, median(std::move(high)) - background, 0, 0;
   return true;
 }
 
@@ -280,7 +269,8 @@ CellFit fit_cells(const Image& image,
   const double slack_px = options.start_error / options.reduction;
   classify(model, start, slack_px, false, fit.pixels);
   if (!options.is_refined && !guess_levels(model, fit.pixels, fit.state)) return fit;
-  const double white_noise = white_noise_of(fit.pixels);
+  const double white_noise =
+      white_noise_of(fit.pixels, [&](std::size_t i) { return fit.pixels[i].value; });
   // The start's residuals are mostly misplacement, so Huber's limit is a generous guess.
   const double guess = std::max(1.0, 0.1 * std::abs(fit.state.levels[3]));
   for (CellPixel& pixel : fit.pixels) pixel.weight = 1 / (guess * guess);

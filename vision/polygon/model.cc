@@ -176,6 +176,12 @@ CellState placed(const Eigen::Vector2d& at, double angle_rad, double scale) {
   return state;
 }
 
+CellPose pose_of(const CellState& state) {
+  const Eigen::Matrix2d frame_from_pattern = state.jacobian(state.to_frame({0, 0})).inverse();
+  return {std::sqrt(std::abs(frame_from_pattern.determinant())),
+          std::atan2(frame_from_pattern(1, 0), frame_from_pattern(0, 0))};
+}
+
 CellModel::CellModel(CellPattern pattern,
                      PoseKind kind,
                      const Eigen::Vector2d& origin,

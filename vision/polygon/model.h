@@ -73,6 +73,13 @@ struct CellState {
 /// The state of a drawing turned by `angle_rad`, enlarged and put to `at`.
 CellState placed(const Eigen::Vector2d& at, double angle_rad, double scale);
 
+/// Size and direction of the pattern's x at its origin, in the fit frame.
+struct CellPose {
+  double scale = 1;
+  double angle_rad = 0;
+};
+CellPose pose_of(const CellState& state);
+
 /// A pixel that takes part in a fit.
 struct CellPixel {
   Eigen::Vector2d at;        ///< in the fit frame

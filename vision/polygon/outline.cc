@@ -5,7 +5,9 @@
 #include <optional>
 #include <vector>
 
+#include "calib/base/statistics/median.h"
 #include "vision/fit/gauss_table.h"
+#include "vision/fit/regression.h"
 #include "vision/polygon/quality.h"
 #include "vision/polygon/solver.h"
 #include <Eigen/LU>
@@ -15,11 +17,7 @@ namespace {
 
 /// Regression of the picture on the model's share along one piece of an outline.
 struct Piece {
-  double n = 0;
-  double m = 0;
-  double v = 0;
-  double mm = 0;
-  double mv = 0;
+  Regression levels;  ///< parts of the contrast
   double gg = 0;
   double rg = 0;
   double length = 0;  ///< pattern units; 0 where there is no outline
@@ -28,14 +26,10 @@ struct Piece {
   void add(double model, double value, double density) {
     gg += density * density;
     rg += density * (value - model);
-    ++n;
-    m += model;
-    v += value;
-    mm += model * model;
-    mv += model * value;
+    levels.add(model, value);
   }
-  double variance() const { return mm - m * m / n; }
-  double contrast() const { return (mv - m * v / n) / variance(); }
+  double variance() const { return levels.model_square(); }
+  bool is_seen() const { return levels.n >= 3 && variance() > 0.01 * levels.n && gg > 0; }
   /// Of the edge that is seen from the model's, px, if it is small.
   double shift_px() const { return rg / gg; }
 };
@@ -151,12 +145,12 @@ void add_seen(const Pieces& pieces,
     }
     lengths.all += piece.length;
     side += piece.length;
-    if (piece.length > 0 && !(piece.n >= 3 && piece.variance() > 0.01 * piece.n && piece.gg > 0)) {
+    if (piece.length > 0 && !piece.is_seen()) {
       lengths.outside += piece.length;
     } else if (piece.length > 0) {
       const double sigma = noise_of_contrast / std::sqrt(piece.variance());
       const double slack = std::min(kMostSlack, kSlackSigmas * sigma);
-      const double contrast = piece.contrast();
+      const double contrast = piece.levels.gain();
       contrasts.push_back(contrast);
       const double shift_slack =
           std::min(kMostShiftSlackPx, kSlackSigmas * noise_of_contrast / std::sqrt(piece.gg));
@@ -169,10 +163,7 @@ void add_seen(const Pieces& pieces,
     }
     if (pieces.is_pair() && (i + 1) % pieces.n_on_line() == 0 && side > 0) {
       lengths.weakest_side = std::min(lengths.weakest_side, side_seen / side);
-      if (contrasts.empty()) continue;
-      const auto middle = contrasts.begin() + static_cast<std::ptrdiff_t>(contrasts.size() / 2);
-      std::nth_element(contrasts.begin(), middle, contrasts.end());
-      lengths.side_contrasts.push_back(*middle);
+      if (!contrasts.empty()) lengths.side_contrasts.push_back(median(contrasts));
     }
   }
 }

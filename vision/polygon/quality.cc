@@ -5,8 +5,12 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 
+#include "calib/base/statistics/median.h"
+#include "vision/fit/regression.h"
 #include "vision/polygon/solver.h"
+#include <opencv2/imgproc.hpp>
 
 namespace panelcal::internal {
 namespace {
@@ -14,13 +18,6 @@ namespace {
 // Rounding to whole levels is noise as well, and all there is in a perfect picture.
 constexpr double kPolygonRounding = 0.2887;
 constexpr int kFewPixels = 20;
-
-double median_spread(std::vector<double>& values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// The model at a pixel, with little work for flat ones.
 struct Seen {
@@ -41,7 +38,7 @@ std::array<double, 2> polygon_spreads(std::array<std::vector<double>, 2>& magnit
   std::array<double, 2> spreads{};
   for (std::size_t i = 0; i < 2; ++i) {
     auto& lot = magnitudes[i].size() < kFew ? magnitudes[1 - i] : magnitudes[i];
-    spreads[i] = std::max(least[i], 1.4826 * median_spread(lot));
+    spreads[i] = std::max(least[i], kSigmasPerMedian * median(lot));
   }
   constexpr double kMostOfGround = 1.5;  // a bright face has more shot noise
   spreads[1] = std::min(spreads[1], kMostOfGround * spreads[0]);
@@ -70,96 +67,58 @@ class Eye {
   CellView view_;
 };
 
-/// Residuals in sigmas as a picture, with sums over squares.
+/// Residuals in sigmas and in grey levels as a picture, and what is found strange in it.
 class ResidualMap {
  public:
-  explicit ResidualMap(const std::vector<CellPixel>& pixels) {
-    int x1 = 0;
-    int y1 = 0;
-    if (!pixels.empty()) {
-      x0_ = x1 = pixels.front().x;
-      y0_ = y1 = pixels.front().y;
-    }
-    for (const CellPixel& pixel : pixels) {
-      x0_ = std::min(x0_, pixel.x);
-      y0_ = std::min(y0_, pixel.y);
-      x1 = std::max(x1, pixel.x);
-      y1 = std::max(y1, pixel.y);
-    }
-    width_ = x1 - x0_ + 1;
-    height_ = y1 - y0_ + 1;
-    sums_.assign(size(width_ + 1, height_ + 1), {});
-    marks_.assign(size(width_, height_), 0);
+  explicit ResidualMap(const std::vector<CellPixel>& pixels) : box_(box_of(pixels)) {
+    values_ = cv::Mat::zeros(box_.height, box_.width, CV_32FC3);
+    marks_ = cv::Mat::zeros(box_.height, box_.width, CV_8U);
   }
 
   struct Sum {
-    float z = 0;
-    float residual = 0;
-    float n = 0;
+    double z = 0;
+    double residual = 0;
+    double n = 0;
   };
 
   void set(const CellPixel& pixel, double z, double residual) {
-    sums_[index(pixel.x - x0_ + 1, pixel.y - y0_ + 1, width_ + 1)] = {
-        static_cast<float>(z), static_cast<float>(residual), 1};
+    values_.at<cv::Vec3f>(place(pixel)) = {
+        static_cast<float>(z), static_cast<float>(residual), 1.0F};
   }
-  void integrate() {
-    for (int y = 1; y <= height_; ++y) {
-      Sum row;
-      for (int x = 1; x <= width_; ++x) {
-        Sum& at = sums_[index(x, y, width_ + 1)];
-        const Sum& above = sums_[index(x, y - 1, width_ + 1)];
-        row = {row.z + at.z, row.residual + at.residual, row.n + at.n};
-        at = {row.z + above.z, row.residual + above.residual, row.n + above.n};
-      }
-    }
+  /// Sums over the square of 2 half + 1 pixels about every pixel.
+  void add_up(int half) {
+    cv::boxFilter(values_, sums_, CV_32F, square(half), {-1, -1}, false, cv::BORDER_CONSTANT);
   }
-  /// Over the square of 2 half + 1 pixels about a pixel.
-  Sum around(const CellPixel& pixel, int half) const {
-    const int xa = std::max(0, pixel.x - x0_ - half);
-    const int ya = std::max(0, pixel.y - y0_ - half);
-    const int xb = std::min(width_, pixel.x - x0_ + half + 1);
-    const int yb = std::min(height_, pixel.y - y0_ + half + 1);
-    const Sum& a = sums_[index(xa, ya, width_ + 1)];
-    const Sum& b = sums_[index(xb, ya, width_ + 1)];
-    const Sum& c = sums_[index(xa, yb, width_ + 1)];
-    const Sum& d = sums_[index(xb, yb, width_ + 1)];
-    return {d.z - b.z - c.z + a.z,
-            d.residual - b.residual - c.residual + a.residual,
-            d.n - b.n - c.n + a.n};
+  Sum around(const CellPixel& pixel) const {
+    const auto& sum = sums_.at<cv::Vec3f>(place(pixel));
+    return {sum[0], sum[1], std::round(sum[2])};
   }
-  void mark(const CellPixel& pixel, int grow) {
-    for (int y = std::max(0, pixel.y - y0_ - grow);
-         y <= std::min(height_ - 1, pixel.y - y0_ + grow);
-         ++y) {
-      for (int x = std::max(0, pixel.x - x0_ - grow);
-           x <= std::min(width_ - 1, pixel.x - x0_ + grow);
-           ++x) {
-        marks_[index(x, y, width_)] = 1;
-      }
-    }
+  void mark(const CellPixel& pixel) { marks_.at<std::uint8_t>(place(pixel)) = 1; }
+  void grow_marks(int reach) {
+    cv::dilate(marks_, marks_, cv::getStructuringElement(cv::MORPH_RECT, square(reach)));
   }
   bool is_marked(const CellPixel& pixel) const {
-    return marks_[index(pixel.x - x0_, pixel.y - y0_, width_)] != 0;
+    return marks_.at<std::uint8_t>(place(pixel)) != 0;
   }
 
  private:
-  static std::size_t size(int width, int height) {
-    return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-  }
-  static std::size_t index(int x, int y, int width) {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-           static_cast<std::size_t>(x);
-  }
+  static cv::Size square(int half) { return {2 * half + 1, 2 * half + 1}; }
+  cv::Point place(const CellPixel& pixel) const { return {pixel.x - box_.x0, pixel.y - box_.y0}; }
 
-  int x0_ = 0;
-  int y0_ = 0;
-  int width_ = 0;
-  int height_ = 0;
-  std::vector<Sum> sums_;
-  std::vector<char> marks_;
+  PixelBox box_;
+  cv::Mat values_;  ///< z, residual, 1
+  cv::Mat sums_;
+  cv::Mat marks_;
 };
 
 }  // namespace
+
+PixelBox box_of(const std::vector<CellPixel>& pixels) {
+  if (pixels.empty()) return {};
+  const auto [x0, x1] = std::ranges::minmax(pixels, {}, &CellPixel::x);
+  const auto [y0, y1] = std::ranges::minmax(pixels, {}, &CellPixel::y);
+  return {x0.x, y0.y, x1.x - x0.x + 1, y1.y - y0.y + 1};
+}
 
 CellNoise noise_of(const CellModel& model,
                    const std::vector<CellPixel>& pixels,
@@ -246,12 +205,12 @@ double exclude_strangers(const CellModel& model,
     map.set(pixel, z, residual);
     if (i % kSample == 0) magnitudes[seen[i].on_target()].push_back(std::abs(z));
   }
-  map.integrate();
+  map.add_up(kBlobHalf);
   const std::array z_sigma = polygon_spreads(magnitudes, {0.3, 0.3});
   // Texture is correlated: its local means vary more than those of white noise.
   magnitudes = {};
   for (std::size_t i = 0; i < pixels.size(); i += kSample) {
-    const auto sum = map.around(pixels[i], kBlobHalf);
+    const auto sum = map.around(pixels[i]);
     if (sum.n > 0) magnitudes[seen[i].on_target()].push_back(std::abs(sum.z) / std::sqrt(sum.n));
   }
   const std::array blob_sigma = polygon_spreads(magnitudes, z_sigma);
@@ -267,11 +226,11 @@ double exclude_strangers(const CellModel& model,
       const double limit = (is_rim ? kRimOfContrast : kOfContrast) * contrast;
       if (residual > limit &&
           residual * std::sqrt(pixel.weight) > kSigmas * z_sigma[at.on_target()]) {
-        map.mark(pixel, kGrow);
+        map.mark(pixel);
         continue;
       }
     }
-    const auto sum = map.around(pixel, kBlobHalf);
+    const auto sum = map.around(pixel);
     if (sum.n < 1) continue;
     const double limit = (is_rim ? kRimBlobOfContrast : kBlobOfContrast) * contrast;
     // Whatever the texture: what stands out as far as half the target does is another mark.
@@ -280,9 +239,10 @@ double exclude_strangers(const CellModel& model,
     const double sigma = is_mark ? z_sigma[at.on_target()] : blob_sigma[at.on_target()];
     if (std::abs(sum.residual) > limit * sum.n &&
         std::abs(sum.z) > kBlobSigmas * sigma * std::sqrt(sum.n)) {
-      map.mark(pixel, kGrow);
+      map.mark(pixel);
     }
   }
+  map.grow_marks(kGrow);
   int n_rim = 0;
   int n_excluded = 0;
   for (std::size_t i = 0; i < pixels.size(); ++i) {
@@ -299,12 +259,7 @@ double correlation_near(const CellModel& model,
                         const std::vector<CellPixel>& pixels,
                         double white_noise,
                         double reach_px) {
-  double n = 0;
-  double sum_m = 0;
-  double sum_v = 0;
-  double sum_mm = 0;
-  double sum_mv = 0;
-  double sum_vv = 0;
+  Regression sums;
   CellState sharp = state;
   sharp.sigma_px = 1e-3;
   CellView lines(model, sharp);
@@ -314,20 +269,9 @@ double correlation_near(const CellModel& model,
     const Seen seen = eye(pixel);
     if (!seen.is_known) continue;
     const double plane = model.plane_terms(pixel.at).dot(state.levels.head<3>());
-    const double m = seen.level - plane;
-    const double v = pixel.value - plane;
-    ++n;
-    sum_m += m;
-    sum_v += v;
-    sum_mm += m * m;
-    sum_mv += m * v;
-    sum_vv += v * v;
+    sums.add(seen.level - plane, pixel.value - plane);
   }
-  const double var_m = n * sum_mm - sum_m * sum_m;
-  const double var_seen = n * sum_vv - sum_v * sum_v;
-  const double var_v = std::max(var_seen - n * n * white_noise * white_noise, 0.25 * var_seen);
-  if (!(var_m > 0) || !(var_v > 0)) return 0;
-  return std::clamp((n * sum_mv - sum_m * sum_v) / std::sqrt(var_m * var_v), 0.0, 1.0);
+  return sums.correlation(white_noise * white_noise);
 }
 
 double intact_part(const CellModel& model,
@@ -343,17 +287,6 @@ double intact_part(const CellModel& model,
     n_excluded += pixel.is_excluded;
   }
   return n > 0 ? 1 - static_cast<double>(n_excluded) / n : 0;
-}
-
-double white_noise_of(const std::vector<CellPixel>& pixels) {
-  std::vector<double> differences;
-  differences.reserve(pixels.size());
-  for (std::size_t i = 1; i < pixels.size(); ++i) {
-    const CellPixel& a = pixels[i - 1];
-    const CellPixel& b = pixels[i];
-    if (a.y == b.y && a.x + 1 == b.x) differences.push_back(std::abs(a.value - b.value));
-  }
-  return 1.4826 / std::sqrt(2.0) * median_spread(differences);
 }
 
 }  // namespace panelcal::internal

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "vision/fit/search_area.h"
 #include "vision/polygon/model.h"
 
 namespace panelcal::internal {
@@ -14,6 +15,9 @@ struct CellNoise {
   double rim = 0;         ///< of the residuals near the lines
   double rim_excess = 1;  ///< variance there over what the two predict, at least 1
 };
+
+/// The rectangle of the picture that holds the pixels; empty without any.
+PixelBox box_of(const std::vector<CellPixel>& pixels);
 
 /// From the residuals of the pixels not excluded; rim_excess needs weights of the same noise.
 CellNoise noise_of(const CellModel& model,
@@ -68,8 +72,5 @@ OutlineSeen outline_seen(const CellModel& model,
                          const CellState& state,
                          const std::vector<CellPixel>& pixels,
                          const CellNoise& noise);
-
-/// Sigma of the noise that differs from pixel to pixel, from differences of neighbours.
-double white_noise_of(const std::vector<CellPixel>& pixels);
 
 }  // namespace panelcal::internal

@@ -15,8 +15,6 @@ struct ExpectedSlot {
   double width = 0;  ///< frame units
   double angle_rad = 0;
   double angle_tolerance_rad = 0;
-  double size_tolerance = 0;
-  bool is_dark = false;
 
   double reach() const { return std::clamp(14 + 0.4 * width, 16.0, 34.0); }
 };

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vision/fit/minimiser.h"
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
@@ -12,7 +13,6 @@ namespace {
 
 constexpr int kMaxPolygonIterations = 20;  // a pattern takes 3 to 6; more means that there is none
 /// Cost differences below this part are rounding.
-constexpr double kPolygonCostRounding = 1e-10;
 constexpr double kMinPolygonSigma = 0.32;  // a pixel behind a perfect lens has 0.29
 /// Largest step of a place on the pattern's rim, as part of its half extent.
 constexpr double kMaxStep = 0.15;
@@ -28,11 +28,10 @@ struct FlatSums {
   double cost(const Levels& levels) const { return levels.dot(h * levels) - 2 * b.dot(levels) + c; }
 };
 
-struct NormalEquations {
+struct CellEquations {
   CellMatrix h = CellMatrix::Zero();
   CellVector g = CellVector::Zero();
   double cost = 0;
-  int n_pixels = 0;
 };
 
 bool is_saturated(double value, double full_scale) {
@@ -40,13 +39,16 @@ bool is_saturated(double value, double full_scale) {
 }
 
 /// The problem as the iterations see it.
-class Problem {
+class CellProblem {
  public:
-  Problem(const CellModel& model,
-          const std::vector<CellPixel>& pixels,
-          const CellState& start,
-          const CellSolverOptions& options)
-      : model_(model), options_(options) {
+  using State = CellState;
+  using Equations = CellEquations;
+
+  CellProblem(const CellModel& model,
+              const std::vector<CellPixel>& pixels,
+              const CellState& start,
+              const CellSolverOptions& options)
+      : model_(model), options_(options), half_(half_extent(model.pattern())) {
     CellView view(model, start);
     near_.reserve(pixels.size());
     const CellPattern& pattern = model.pattern();
@@ -66,10 +68,41 @@ class Problem {
     flat_.h.triangularView<Eigen::StrictlyUpper>() = flat_.h.transpose();
   }
 
-  NormalEquations equations_at(const CellState& state) const {
-    NormalEquations equations;
-    equations.cost = sum(state, &equations);
+  CellEquations equations_at(const CellState& state) const {
+    const int n = model_.n_parameters();
+    CellEquations equations;
+    CellVector gradient;
+    CellView view(model_, state);
+    equations.cost = flat_.cost(state.levels);
+    for (const CellPixel* pixel : near_) {
+      const auto value = view.evaluate(*pixel, &gradient);
+      if (is_beyond_scale(pixel->value, value.level, options_.full_scale)) continue;
+      const double residual = value.level - pixel->value;
+      const RobustTerm term(residual, pixel->weight, options_.huber);
+      equations.cost += term.cost;
+      for (int i = 0; i < n; ++i) {
+        const double wi = term.weight * gradient[i];
+        equations.g[i] += wi * residual;
+        for (int k = 0; k <= i; ++k) equations.h(i, k) += wi * gradient[k];
+      }
+    }
+    equations.h.triangularView<Eigen::StrictlyUpper>() = equations.h.transpose();
+    const int i = model_.i_levels();
+    equations.h.block<6, 6>(i, i) += flat_.h;
+    equations.g.segment<6>(i) += flat_.h * state.levels - flat_.b;
     return equations;
+  }
+
+  std::optional<MinimiserStep<CellState>> step(const CellState& state,
+                                               const CellEquations& equations,
+                                               double damping) const {
+    const CellVector step = limited(state, step_within(state, equations, damping));
+    const CellState next = model_.moved(state, step);
+    if (!next.pattern_from_frame.allFinite() || !next.levels.allFinite()) return std::nullopt;
+    const double units_per_px =
+        std::sqrt(std::abs(state.jacobian(state.to_frame({0, 0})).determinant()));
+    const double move_px = std::max(move_of(step) / units_per_px, std::abs(step[model_.i_sigma()]));
+    return MinimiserStep<CellState>{next, move_px / options_.tolerance_px};
   }
 
  private:
@@ -85,111 +118,63 @@ class Problem {
     flat_.c += pixel.weight * pixel.value * pixel.value;
   }
 
-  double sum(const CellState& state, NormalEquations* equations) const {
+  /// The damped step, or zero if the equations are singular.
+  CellVector damped_step(const CellEquations& equations, double damping) const {
     const int n = model_.n_parameters();
-    CellVector gradient;
-    CellView view(model_, state);
-    double cost = flat_.cost(state.levels);
-    for (const CellPixel* pixel : near_) {
-      const auto value = view.evaluate(*pixel, equations ? &gradient : nullptr);
-      if (is_beyond_scale(pixel->value, value.level, options_.full_scale)) continue;
-      const double residual = value.level - pixel->value;
-      double weight = pixel->weight;
-      const double z = std::abs(residual) * std::sqrt(weight);
-      const bool is_far = options_.huber > 0 && z > options_.huber;
-      cost += is_far ? options_.huber * (2 * z - options_.huber) : z * z;
-      if (!equations) continue;
-      if (is_far) weight *= options_.huber / z;
-      ++equations->n_pixels;
-      for (int i = 0; i < n; ++i) {
-        const double wi = weight * gradient[i];
-        equations->g[i] += wi * residual;
-        for (int k = 0; k <= i; ++k) equations->h(i, k) += wi * gradient[k];
-      }
+    CellVector step = CellVector::Zero();
+    step.head(n) = -damped_solution<kMaxCellParameters>(
+        equations.h.topLeftCorner(n, n), equations.g.head(n), damping);
+    return step;
+  }
+
+  /// The damped step; where it would take a sigma at its limit beyond, the one that leaves it
+  /// there. To cut only the sigma's part would leave the others with a step that belongs to it.
+  CellVector step_within(const CellState& state,
+                         const CellEquations& equations,
+                         double damping) const {
+    const int i = model_.i_sigma();
+    const CellVector step = damped_step(equations, damping);
+    const bool is_beyond = (state.sigma_px <= kMinPolygonSigma && step[i] < 0) ||
+                           (state.sigma_px >= options_.max_sigma_px && step[i] > 0);
+    if (!is_beyond) return step;
+    CellEquations held = equations;
+    held.h.row(i).setZero();
+    held.h.col(i).setZero();
+    held.h(i, i) = 1;
+    held.g[i] = 0;
+    return damped_step(held, damping);
+  }
+
+  /// Greatest move of the pattern's rim by a step, pattern units.
+  double move_of(const CellVector& step) const {
+    double move = std::max(std::abs(step[0]), std::abs(step[1]));
+    for (int k = 2; k < model_.n_pose(); ++k) {
+      move = std::max(move, std::abs(step[k]) * (k < 6 ? half_ : half_ * half_));
     }
-    if (equations) {
-      equations->h.triangularView<Eigen::StrictlyUpper>() = equations->h.transpose();
-      const int i = model_.i_levels();
-      equations->h.block<6, 6>(i, i) += flat_.h;
-      equations->g.segment<6>(i) += flat_.h * state.levels - flat_.b;
+    if (const auto i = model_.i_growth()) move = std::max(move, std::abs(step[*i]));
+    return move;
+  }
+
+  /// The step with moves kept small and sigma kept where the model means something.
+  CellVector limited(const CellState& state, CellVector step) const {
+    const double move = move_of(step);
+    // Only the geometry: levels enter linearly and follow at once.
+    if (const double limit = kMaxStep * half_; move > limit) {
+      step.head(model_.n_pose()) *= limit / move;
+      if (const auto i = model_.i_growth()) step[*i] *= limit / move;
     }
-    return cost;
+    const double s = state.sigma_px;
+    double& ds = step[model_.i_sigma()];
+    ds = std::clamp(std::clamp(ds, -0.5 * s, s) + s, kMinPolygonSigma, options_.max_sigma_px) - s;
+    return step;
   }
 
   const CellModel& model_;
   const CellSolverOptions& options_;
+  double half_;  ///< extent of the pattern
   std::vector<const CellPixel*> near_;
   FlatSums flat_;
 };
-
-using PolygonDynamic = Eigen::Matrix<double,
-                                     Eigen::Dynamic,
-                                     Eigen::Dynamic,
-                                     Eigen::ColMajor,
-                                     kMaxCellParameters,
-                                     kMaxCellParameters>;
-
-/// The damped step, or zero if the equations are singular.
-CellVector damped_step(const NormalEquations& equations, int n, double damping) {
-  PolygonDynamic h = equations.h.topLeftCorner(n, n);
-  for (int i = 0; i < n; ++i) h(i, i) += damping * h(i, i) + 1e-12;
-  CellVector step = CellVector::Zero();
-  const Eigen::LDLT<PolygonDynamic> factor(h);
-  if (factor.info() == Eigen::Success && factor.isPositive()) {
-    step.head(n) = -factor.solve(equations.g.head(n));
-  }
-  if (!step.allFinite()) step.setZero();
-  return step;
-}
-
-/// The damped step; where it would take a sigma at its limit beyond, the one that leaves it there.
-/// To cut only the sigma's part would leave the others with a step that belongs to it.
-CellVector step_within(const CellModel& model,
-                       const CellState& state,
-                       const NormalEquations& equations,
-                       double damping,
-                       double max_sigma_px) {
-  const int n = model.n_parameters();
-  const int i = model.i_sigma();
-  const CellVector step = damped_step(equations, n, damping);
-  const bool is_beyond = (state.sigma_px <= kMinPolygonSigma && step[i] < 0) ||
-                         (state.sigma_px >= max_sigma_px && step[i] > 0);
-  if (!is_beyond) return step;
-  NormalEquations held = equations;
-  held.h.row(i).setZero();
-  held.h.col(i).setZero();
-  held.h(i, i) = 1;
-  held.g[i] = 0;
-  return damped_step(held, n, damping);
-}
-
-/// Greatest move of the pattern's rim by a step, pattern units.
-double polygon_move(const CellModel& model, const CellVector& step, double half) {
-  double move = std::max(std::abs(step[0]), std::abs(step[1]));
-  for (int k = 2; k < model.n_pose(); ++k) {
-    move = std::max(move, std::abs(step[k]) * (k < 6 ? half : half * half));
-  }
-  if (const auto i = model.i_growth()) move = std::max(move, std::abs(step[*i]));
-  return move;
-}
-
-/// The step with moves kept small and sigma kept where the model means something.
-CellVector limited(const CellModel& model,
-                   const CellState& state,
-                   CellVector step,
-                   double half,
-                   double max_sigma_px) {
-  const double move = polygon_move(model, step, half);
-  // Only the geometry: levels enter linearly and follow at once.
-  if (const double limit = kMaxStep * half; move > limit) {
-    step.head(model.n_pose()) *= limit / move;
-    if (const auto i = model.i_growth()) step[*i] *= limit / move;
-  }
-  const double s = state.sigma_px;
-  double& ds = step[model.i_sigma()];
-  ds = std::clamp(std::clamp(ds, -0.5 * s, s) + s, kMinPolygonSigma, max_sigma_px) - s;
-  return step;
-}
 
 }  // namespace
 
@@ -199,44 +184,15 @@ double half_extent(const CellPattern& pattern) {
 
 CellSolution solve_cells(const CellModel& model,
                          const std::vector<CellPixel>& pixels,
-                         const CellState& start,
+                         CellState start,
                          const CellSolverOptions& options) {
+  CellProblem problem(model, pixels, start, options);
+  start.sigma_px = std::clamp(start.sigma_px, kMinPolygonSigma, options.max_sigma_px);
+  const auto minimum =
+      minimised(problem, std::move(start), {.max_iterations = kMaxPolygonIterations});
+  CellSolution solution{minimum.state, CellMatrix::Zero(), minimum.converged};
   const int n = model.n_parameters();
-  const double half = half_extent(model.pattern());
-  const Problem problem(model, pixels, start, options);
-  CellSolution solution;
-  solution.state = start;
-  solution.state.sigma_px = std::clamp(start.sigma_px, kMinPolygonSigma, options.max_sigma_px);
-  NormalEquations equations = problem.equations_at(solution.state);
-  double damping = 1e-4;
-  for (int i = 0; i < kMaxPolygonIterations && !solution.converged && damping < 1e8; ++i) {
-    const CellVector free =
-        step_within(model, solution.state, equations, damping, options.max_sigma_px);
-    const CellVector step = limited(model, solution.state, free, half, options.max_sigma_px);
-    const CellState next = model.moved(solution.state, step);
-    if (!next.pattern_from_frame.allFinite() || !next.levels.allFinite()) break;
-    const double units_per_px =
-        std::sqrt(std::abs(solution.state.jacobian(solution.state.to_frame({0, 0})).determinant()));
-    const bool is_small = polygon_move(model, step, half) < options.tolerance_px * units_per_px &&
-                          std::abs(step[model.i_sigma()]) < options.tolerance_px;
-    if (is_small && damping < 1) {
-      // The error after a small step is a few hundredths of it: not worth another look.
-      solution.converged = true;
-      solution.state = next;
-      break;
-    }
-    NormalEquations next_equations = problem.equations_at(next);
-    if (next_equations.cost <= equations.cost * (1 + kPolygonCostRounding)) {
-      solution.state = next;
-      equations = next_equations;
-      damping = std::max(1e-9, damping * 0.1);
-    } else {
-      damping = std::max(1e-3, damping * 10);
-    }
-  }
-  solution.cost = equations.cost;
-  solution.information.topLeftCorner(n, n) = equations.h.topLeftCorner(n, n);
-  solution.n_pixels = equations.n_pixels;
+  solution.information.topLeftCorner(n, n) = minimum.equations.h.topLeftCorner(n, n);
   return solution;
 }
 

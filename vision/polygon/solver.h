@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "vision/fit/residual.h"
 #include "vision/polygon/model.h"
 
 namespace panelcal::internal {
@@ -11,8 +12,6 @@ namespace panelcal::internal {
 struct CellSolution {
   CellState state;
   CellMatrix information = CellMatrix::Zero();  ///< J^T W J of the model's parameters, the rest 0
-  double cost = 0;                              ///< weighted sum of squares
-  int n_pixels = 0;                             ///< near lines
   bool converged = false;
 };
 
@@ -33,13 +32,8 @@ struct CellSolverOptions {
 /// Source Nocedal and Wright 2006, 10.3; Huber 1964
 CellSolution solve_cells(const CellModel& model,
                          const std::vector<CellPixel>& pixels,
-                         const CellState& start,
+                         CellState start,
                          const CellSolverOptions& options);
-
-/// True if a clipped pixel tells nothing more: the model is beyond the scale's end as well.
-inline bool is_beyond_scale(double value, double level, double full_scale) {
-  return (value >= full_scale && level >= full_scale) || (value <= 0 && level <= 0);
-}
 
 /// Half of the pattern's extent, pattern units.
 double half_extent(const CellPattern& pattern);

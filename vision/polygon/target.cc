@@ -6,12 +6,24 @@
 #include <utility>
 
 #include "vision/fit/edge_profile.h"
+#include "vision/fit/place.h"
 #include "vision/polygon/solver.h"
 #include <Eigen/LU>
 #include <fmt/format.h>
 
 namespace panelcal::internal {
+namespace {
 
+/// A turn that moves the corners of the reduced target by about one of its pixels.
+constexpr double kAngleStep = 0.2;
+/// Sizes this much apart, relative, look alike to the search.
+constexpr double kSizeStep = 0.12;
+constexpr double kSamePlace = 0.3;  // of the size: nearer peaks are one
+
+/// A model as a reduced picture shows it: its share.
+///
+/// In     half: half of the side of what is drawn, frame units; frame_from_px: jacobian of the fit
+///        frame, which is taken as the same everywhere
 SearchPattern drawn(const CellModel& model,
                     const CellState& state,
                     double half,
@@ -35,6 +47,56 @@ SearchPattern drawn(const CellModel& model,
     }
   }
   return pattern;
+}
+
+/// The poses that the search tries.
+std::vector<CellPose> trials(const CellSearch& search, double size_tolerance) {
+  const auto n_steps = [](double range, double step) {
+    return std::max(0, static_cast<int>(std::ceil(range / step - 0.5)));
+  };
+  const int n_angles = n_steps(search.angle_tolerance_rad, kAngleStep);
+  const int n_sizes = n_steps(size_tolerance, kSizeStep);
+  std::vector<CellPose> trials;
+  for (int i = -n_angles; i <= n_angles; ++i) {
+    for (int k = -n_sizes; k <= n_sizes; ++k) {
+      trials.push_back({std::pow(1 + kSizeStep, k), search.angle_rad + i * kAngleStep});
+    }
+  }
+  return trials;
+}
+
+}  // namespace
+
+int CellSearch::factor() const {
+  return std::max(1, static_cast<int>(std::lround(size / seen_px)));
+}
+
+CellSightings search_cells(const DetectorInput& input,
+                           const CellSearch& search,
+                           const CellModel& model) {
+  const int factor = search.factor();
+  const PixelBox box = input.area.box(input.image, search.reach_px);
+  CellSightings seen{reduce(input.image, box, factor), {}};
+  const Eigen::Vector2d middle(box.x0 + 0.5 * box.width, box.y0 + 0.5 * box.height);
+  const Eigen::Matrix2d frame_from_px = FitFrame(input.mapping, middle).jacobian(middle);
+  const std::vector<CellPose> poses = trials(search, input.target.size_tolerance);
+  const auto state_of = [](const CellPose& pose) {
+    return placed(Eigen::Vector2d::Zero(), pose.angle_rad, pose.scale);
+  };
+  std::vector<SearchPattern> patterns;
+  for (const CellPose& pose : poses) {
+    const double half = search.half_of_size(pose.angle_rad) * search.size * pose.scale;
+    patterns.push_back(drawn(model, state_of(pose), half, frame_from_px, factor));
+  }
+  PatternSearchOptions options;
+  options.min_gain = 0.5 * input.min_contrast();
+  options.same_place = kSamePlace * search.size / factor;
+  options.max_peaks = search.max_peaks;
+  options.is_inverted = input.target.polarity == Polarity::Dark;
+  for (const PatternPeak& peak : search_patterns(seen.reduced, patterns, options)) {
+    seen.peaks.push_back({seen.reduced.in_picture(peak.at), state_of(poses[peak.i_pattern])});
+  }
+  return seen;
 }
 
 std::optional<CellState> rough_fit(const ReducedPicture& reduced,
@@ -61,10 +123,16 @@ std::optional<CellState> rough_fit(const ReducedPicture& reduced,
   return state;
 }
 
-void set_quality(const CellModel& model,
+void fill_target(const FitFrame& fit_frame,
+                 const CellModel& model,
                  const CellFit& cell_fit,
                  const CellPlace& place,
+                 double size,
+                 double angle_rad,
                  TargetFit& fit) {
+  set_place(fit_frame, place.at, place.cov, size, fit);
+  fit.angle = rad(angle_rad);
+  fit.angle_sigma = rad(std::sqrt(std::max(0.0, cell_fit.cov(2, 2))));
   fit.score = cell_fit.correlation * cell_fit.visible;
   fit.blur_px = cell_fit.state.sigma_px;
   const Eigen::Vector3d terms = model.plane_terms(place.at);
@@ -94,12 +162,10 @@ constexpr double kLeastSide = 0.45;
 constexpr double kLeastEvenness = 0.65;
 constexpr double kMostClipped = 0.75;
 
-std::optional<std::string> unfit_target_reason(const CellFit& f, const CellJudgement& j) {
+Problem unfit_cells(const CellFit& f, const TargetFit& fit, const CellJudgement& j) {
   if (j.unfit) return j.unfit;
-  if (std::abs(j.turn_rad) > j.turn_tolerance_rad + 3 * j.turn_sigma_rad) {
-    return fmt::format("it is turned by {:+.1f} deg; {:.1f} deg are allowed",
-                       rad(j.turn_rad).in_deg(),
-                       rad(j.turn_tolerance_rad).in_deg());
+  if (auto problem = turn_problem(j.turn_rad, fit.angle_sigma.in_rad(), j.turn_tolerance_rad)) {
+    return problem;
   }
   if (f.weakest_side < kLeastSide) {
     return fmt::format(
@@ -139,52 +205,30 @@ std::optional<std::string> unfit_target_reason(const CellFit& f, const CellJudge
 
 }  // namespace
 
-void judge_cells(const DetectorInput& input,
-                 const CellFit& f,
-                 const CellJudgement& judgement,
-                 FittedCandidate& candidate) {
-  using Verdict = FittedCandidate::Verdict;
-  const LocateOptions& options = input.options;
-  const bool is_dark = input.target.polarity == Polarity::Dark;
-  const double contrast = candidate.fit.contrast * (is_dark ? -1 : 1);
-  const double min_contrast = options.min_contrast * input.image.full_scale();
-  const auto set = [&](Verdict verdict, std::string reason) {
-    candidate.verdict = verdict;
-    candidate.reason = std::move(reason);
-  };
-  if (!f.converged || !candidate.fit.center.cov.allFinite()) {
-    return set(Verdict::Unlikely, "it does not look like the target");
-  }
-  if (contrast < min_contrast) {
-    return set(Verdict::Unlikely,
-               fmt::format("its contrast is {:.1f} grey levels, at least {:.1f} are asked for",
-                           contrast,
-                           min_contrast));
+Judgement judge_cells(const DetectorInput& input,
+                      const CellFit& f,
+                      const TargetFit& fit,
+                      const CellJudgement& judgement) {
+  if (!f.converged || !fit.center.cov.allFinite()) return unlikely(kUnlikeTarget);
+  if (auto problem = contrast_problem(input.sign() * fit.contrast, input.min_contrast())) {
+    return unlikely(*std::move(problem));
   }
   if (f.intact < kLeastIntact) {
-    return set(Verdict::Unlikely,
-               fmt::format("only {:.0f} % of its face look like it", 100 * f.intact));
+    return unlikely(fmt::format("only {:.0f} % of its face look like it", 100 * f.intact));
   }
   if (f.excluded > kMostExcluded) {
-    return set(Verdict::Unlikely,
-               fmt::format("{:.0f} % of what is near its {} do not look like it",
-                           100 * f.excluded,
-                           judgement.border));
+    return unlikely(fmt::format(
+        "{:.0f} % of what is near its {} do not look like it", 100 * f.excluded, judgement.border));
   }
-  if (candidate.fit.score < options.min_score) {
-    if (f.correlation >= options.min_score && f.visible >= kLeastVisible) {
-      return set(
-          Verdict::Unfit,
-          fmt::format("only {:.0f} % of its {} are visible", 100 * f.visible, judgement.border));
+  if (auto problem = score_problem(fit.score, input.options.min_score)) {
+    if (f.correlation < input.options.min_score || f.visible < kLeastVisible) {
+      return unlikely(*std::move(problem));
     }
-    return set(Verdict::Unlikely,
-               fmt::format("its score is {:.2f}, at least {:.2f} is asked for",
-                           candidate.fit.score,
-                           options.min_score));
+    return unfit(
+        fmt::format("only {:.0f} % of its {} are visible", 100 * f.visible, judgement.border));
   }
-  if (auto reason = unfit_target_reason(f, judgement))
-    return set(Verdict::Unfit, *std::move(reason));
-  set(Verdict::Good, "");
+  if (auto problem = unfit_cells(f, fit, judgement)) return unfit(*std::move(problem));
+  return {};
 }
 
 }  // namespace panelcal::internal

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <optional>
-#include <string>
 #include <string_view>
+#include <vector>
 
 #include "vision/fit/detection.h"
 #include "vision/fit/detector.h"
@@ -12,17 +13,38 @@
 #include "vision/polygon/fit.h"
 #include <Eigen/Core>
 
+// Not installed. What squares, crosses and slots share.
 namespace panelcal::internal {
 
-/// A model as a reduced picture shows it: its share.
-///
-/// In     half: half of the side of what is drawn, frame units; frame_from_px: jacobian of the fit
-///        frame, which is taken as the same everywhere
-SearchPattern drawn(const CellModel& model,
-                    const CellState& state,
-                    double half,
-                    const Eigen::Matrix2d& frame_from_px,
-                    int factor);
+/// Guide of the search for a target made of cells; lengths in frame units.
+struct CellSearch {
+  double size = 0;      ///< of the target, or of its narrower side
+  double seen_px = 16;  ///< the search sees that size about this number of pixels wide
+  double reach_px = 0;  ///< of what is searched about a place
+  /// Half of the side of what is drawn, over the size, at an angle.
+  double (*half_of_size)(double angle_rad) = nullptr;
+  double angle_rad = 0;  ///< of the pattern
+  double angle_tolerance_rad = 0;
+  std::size_t max_peaks = kMaxFitted;
+
+  /// Of the picture that is searched.
+  int factor() const;
+};
+
+/// A reduced picture and where it shows a target, best first: a pixel, and a state about it.
+struct CellSightings {
+  struct Peak {
+    Eigen::Vector2d at_px;
+    CellState state;
+  };
+  ReducedPicture reduced;
+  std::vector<Peak> peaks;
+};
+
+/// In     model: as it is drawn
+CellSightings search_cells(const DetectorInput& input,
+                           const CellSearch& search,
+                           const CellModel& model);
 
 /// A quick fit to a reduced picture from where the search saw the model; its sigma is that of the
 /// full picture. Empty if there is no such thing.
@@ -34,26 +56,27 @@ std::optional<CellState> rough_fit(const ReducedPicture& reduced,
                                    const CellState& start,
                                    double reach);
 
-/// Score, levels, noise, blur and what is visible.
-void set_quality(const CellModel& model,
+/// Place, size and angle, score, levels, noise, blur and what is visible.
+void fill_target(const FitFrame& fit_frame,
+                 const CellModel& model,
                  const CellFit& cell_fit,
                  const CellPlace& place,
+                 double size,
+                 double angle_rad,
                  TargetFit& fit);
 
-/// The checks of a fitted cell target beside its looks.
+/// The demands on a fitted target of cells beside its looks.
 struct CellJudgement {
-  std::string_view border;           ///< name of its outline: "outline", "edges"
-  std::optional<std::string> unfit;  ///< the objection to its size or place
-  double turn_rad = 0;               ///< against the angle asked for
-  double turn_sigma_rad = 0;
+  std::string_view border;  ///< name of its outline: "outline", "edges"
+  Problem unfit;            ///< the objection to its size or place
+  double turn_rad = 0;      ///< against the angle asked for
   double turn_tolerance_rad = 0;
   double max_sigma_px = 0;  ///< the blur that the fit was limited to
 };
 
-/// Sets the candidate's verdict and reason. Precondition: candidate.fit is filled.
-void judge_cells(const DetectorInput& input,
-                 const CellFit& cell_fit,
-                 const CellJudgement& judgement,
-                 FittedCandidate& candidate);
+Judgement judge_cells(const DetectorInput& input,
+                      const CellFit& cell_fit,
+                      const TargetFit& fit,
+                      const CellJudgement& judgement);
 
 }  // namespace panelcal::internal

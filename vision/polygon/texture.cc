@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "vision/polygon/quality.h"
 #include "vision/polygon/solver.h"
 #include "vision/texture/ground_texture.h"
 
@@ -25,30 +26,21 @@ double pixel_level(const CellModel& model, const CellState& state, const CellPix
 
 std::optional<GroundTexture> polygon_ground_texture(const CellModel& model, const CellFit& fit) {
   if (fit.pixels.empty()) return std::nullopt;
-  int x0 = fit.pixels.front().x;
-  int x1 = x0;
-  int y0 = fit.pixels.front().y;
-  int y1 = y0;
-  for (const CellPixel& pixel : fit.pixels) {
-    x0 = std::min(x0, pixel.x);
-    x1 = std::max(x1, pixel.x);
-    y0 = std::min(y0, pixel.y);
-    y1 = std::max(y1, pixel.y);
-  }
-  const int width = x1 - x0 + 1;
-  std::vector<float> ground(static_cast<std::size_t>(width) * static_cast<std::size_t>(y1 - y0 + 1),
-                            0.0F);
+  const PixelBox box = box_of(fit.pixels);
+  std::vector<float> ground(
+      static_cast<std::size_t>(box.width) * static_cast<std::size_t>(box.height), 0.0F);
   double n = 0;
   for (const CellPixel& pixel : fit.pixels) {
     if (!is_ground(pixel)) continue;
-    const auto i = static_cast<std::size_t>(pixel.y - y0) * static_cast<std::size_t>(width) +
-                   static_cast<std::size_t>(pixel.x - x0);
+    const auto i =
+        static_cast<std::size_t>(pixel.y - box.y0) * static_cast<std::size_t>(box.width) +
+        static_cast<std::size_t>(pixel.x - box.x0);
     ground[i] = static_cast<float>(pixel.value - pixel_level(model, fit.state, pixel));
     ++n;
   }
   constexpr double kEnough = 200;
   if (n < kEnough) return std::nullopt;
-  return ground_texture_of({ground, width, n});
+  return ground_texture_of({ground, box.width, n});
 }
 
 /// Ground and lines as the generalised step wants them: the model's parameters, then the waves'

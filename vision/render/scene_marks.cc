@@ -120,8 +120,8 @@ std::vector<Feature> mark_features(const Target& target,
   feature.angle = frame.angle(target.angle + look.turn);
   feature.level = look.level;
   switch (target.shape) {
-    case Shape::Disc:
-      break;
+    default:
+      break;  // a disc of its size
     case Shape::Hole:
       feature.roughness = look.burrs;
       break;

@@ -17,8 +17,6 @@
 namespace panelcal::internal {
 namespace {
 
-using Verdict = FittedCandidate::Verdict;
-
 constexpr double kMinRadiusPx = 3;
 /// With less of the rim there is no telling an arc from chance.
 constexpr double kLeastArc = 0.3;
@@ -39,10 +37,9 @@ std::vector<Eigen::Vector2d> circle_outline(const FitFrame& fit_frame,
     const double phi = 2 * std::numbers::pi * i / kOutlineNodes;
     const double r =
         radius * (1 + p[kOval] * std::cos(2 * phi) + p[kOvalDiagonal] * std::sin(2 * phi));
-    const auto u = fit_frame.to_image(center + r * Eigen::Vector2d(std::cos(phi), std::sin(phi)));
-    if (u) outline.push_back(*u);
+    outline.push_back(center + r * Eigen::Vector2d(std::cos(phi), std::sin(phi)));
   }
-  return outline;
+  return in_picture(fit_frame, outline);
 }
 
 /// Center, sizes and covariance in the units of the outside world.
@@ -65,9 +62,9 @@ void fill_geometry(const FitFrame& fit_frame,
   }
 }
 
-std::optional<std::string> unfit_circle_reason(const FitFrame& fit_frame,
-                                               const ExpectedRim& expected,
-                                               const RimVector& p) {
+Problem rim_size_problem(const FitFrame& fit_frame,
+                         const ExpectedRim& expected,
+                         const RimVector& p) {
   if (auto reason = size_problem(
           fit_frame, "its size", 2 * p[kRadius], 2 * expected.radius, expected.size_tolerance)) {
     return reason;
@@ -88,7 +85,7 @@ std::string arc_reason(double arc, const LocateOptions& options) {
 }
 
 /// Parts that are spread around tell more of the center than an arc of their length.
-std::optional<std::string> unseen_reason(const RimEstimate& e, const LocateOptions& options) {
+Problem unseen_problem(const RimEstimate& e, const LocateOptions& options) {
   if (e.visible < kLeastArc) return std::nullopt;
   if (e.arc < options.min_visible) return arc_reason(e.arc, options);
   const double least = std::min(kMajorityOfRim, options.min_visible);
@@ -100,138 +97,124 @@ std::optional<std::string> unseen_reason(const RimEstimate& e, const LocateOptio
       100 * least);
 }
 
-void judge_circle(const Image& image,
-                  const FitFrame& fit_frame,
-                  const ExpectedRim& expected,
-                  const LocateOptions& options,
-                  const RimEstimate& e,
-                  double support,
-                  FittedCandidate& candidate) {
-  const RimVector& p = e.parameters;
-  const double contrast = p[kContrast] * expected.sign();
-  const double min_contrast = options.min_contrast * image.full_scale();
-  const auto set = [&](Verdict verdict, std::string reason) {
-    candidate.verdict = verdict;
-    candidate.reason = std::move(reason);
-  };
-  if (!e.converged && support >= kLeastArc && support < options.min_visible) {
-    return set(Verdict::Unfit, arc_reason(support, options));
-  }
-  if (!e.converged || !candidate.fit.center.cov.allFinite()) {
-    return set(Verdict::Unlikely, "it does not look like the target");
-  }
-  if (contrast < min_contrast) {
-    return set(Verdict::Unlikely,
-               fmt::format("its contrast is {:.1f} grey levels, at least {:.1f} are asked for "
-                           "(min_contrast)",
-                           contrast,
-                           min_contrast));
-  }
-  if (e.clipped > options.max_clipped) {
-    return set(Verdict::Unfit,
-               fmt::format("saturated: {:.0f} % of its rim's pixels are clipped, at most {:.0f} % "
-                           "leave an edge to measure (max_clipped)",
-                           100 * e.clipped,
-                           100 * options.max_clipped));
-  }
-  if (auto reason = unseen_reason(e, options)) return set(Verdict::Unfit, *std::move(reason));
-  if (candidate.fit.score < options.min_score) {
-    return set(Verdict::Unlikely,
-               fmt::format("its score is {:.2f}, at least {:.2f} is asked for (min_score)",
-                           candidate.fit.score,
-                           options.min_score));
-  }
-  if (candidate.fit.blur_px > std::min(options.max_blur_px, 0.99 * max_edge_sigma(p[kRadius]))) {
-    return set(Verdict::Unfit,
-               fmt::format("out of focus: its edge is blurred by {:.1f} px, at most {:.1f} are "
-                           "accepted (max_blur_px)",
-                           candidate.fit.blur_px,
-                           std::min(options.max_blur_px, max_edge_sigma(p[kRadius]))));
-  }
-  if (expected.shape == Shape::Ring) {
-    const double hole_contrast = (p[kContrast] - p[kHole]) * expected.sign();
-    const double reach = std::hypot(p[kHoleX], p[kHoleY]) + p[kInnerRadius];
-    if (hole_contrast < min_contrast || reach > p[kRadius]) {
-      return set(Verdict::Unlikely, "it has no hole that is darker or brighter as a ring's is");
-    }
-  }
-  if (auto reason = unfit_circle_reason(fit_frame, expected, p)) {
-    return set(Verdict::Unfit, *std::move(reason));
-  }
-  const double max_oval = expected.allowed_oval(options.max_oval);
-  if (1 - candidate.fit.axis_ratio - kOvalSigmas * 2 * e.oval_sigma > max_oval) {
-    return set(Verdict::Unfit,
-               fmt::format("its shape: the diameters differ by {:.1f} %, {:.1f} % are allowed "
-                           "(max_oval)",
-                           100 * (1 - candidate.fit.axis_ratio),
-                           100 * max_oval));
-  }
-  if (e.roughness > options.max_roughness) {
-    return set(Verdict::Unfit,
-               fmt::format("its shape: the rim is {:.1f} % of the radius from round, {:.1f} % are "
-                           "allowed (max_roughness)",
-                           100 * e.roughness,
-                           100 * options.max_roughness));
-  }
-  if (e.lobes > options.max_lobes) {
-    return set(
-        Verdict::Unfit,
-        fmt::format("its shape: the rim has {} lobes of {:.1f} % of the radius, {:.1f} % are "
-                    "allowed (max_lobes)",
-                    e.n_lobes,
-                    100 * e.lobes,
-                    100 * options.max_lobes));
-  }
-  set(Verdict::Good, "");
+Problem focus_problem(const RimFit& fit, const LocateOptions& options) {
+  const double most = max_edge_sigma(fit.estimate.parameters[kRadius]);
+  if (!(fit.target.blur_px > std::min(options.max_blur_px, 0.99 * most))) return std::nullopt;
+  return fmt::format(
+      "out of focus: its edge is blurred by {:.1f} px, at most {:.1f} are accepted (max_blur_px)",
+      fit.target.blur_px,
+      std::min(options.max_blur_px, most));
 }
 
-/// A rim that leaves the picture is not fitted: what is missing would be guessed.
-FittedCandidate border_candidate(const FitFrame& fit_frame,
-                                 const ExpectedRim& expected,
-                                 const RimStart& start) {
-  FittedCandidate candidate;
-  candidate.verdict = Verdict::Unfit;
-  candidate.reason =
-      fmt::format("at the border: a part of its rim is outside of the picture, {:.0f} % are inside",
-                  100 * start.inside);
-  // A pixel either way says that this is no measurement.
-  fill_geometry(fit_frame, expected, start.parameters, Eigen::Matrix2d::Identity(), candidate.fit);
-  candidate.fit.score = start.support;
-  candidate.fit.visible = start.inside;
-  candidate.fit.blur_px = start.parameters[kSigma];
-  candidate.fit.background = start.parameters[kLevel];
-  candidate.fit.contrast = start.parameters[kContrast];
-  return candidate;
+bool has_hole(const ExpectedRim& expected, const RimVector& p, double min_contrast) {
+  const double contrast = (p[kContrast] - p[kHole]) * expected.sign();
+  const double reach = std::hypot(p[kHoleX], p[kHoleY]) + p[kInnerRadius];
+  return !(contrast < min_contrast || reach > p[kRadius]);
+}
+
+Problem shape_problem(const ExpectedRim& expected,
+                      const LocateOptions& options,
+                      const RimFit& fit) {
+  const RimEstimate& e = fit.estimate;
+  const double max_oval = expected.allowed_oval(options.max_oval);
+  const double oval = 1 - fit.target.axis_ratio;
+  if (oval - kOvalSigmas * 2 * e.oval_sigma > max_oval) {
+    return fmt::format(
+        "its shape: the diameters differ by {:.1f} %, {:.1f} % are allowed (max_oval)",
+        100 * oval,
+        100 * max_oval);
+  }
+  if (e.roughness > options.max_roughness) {
+    return fmt::format(
+        "its shape: the rim is {:.1f} % of the radius from round, {:.1f} % are "
+        "allowed (max_roughness)",
+        100 * e.roughness,
+        100 * options.max_roughness);
+  }
+  if (e.lobes > options.max_lobes) {
+    return fmt::format(
+        "its shape: the rim has {} lobes of {:.1f} % of the radius, {:.1f} % are "
+        "allowed (max_lobes)",
+        e.n_lobes,
+        100 * e.lobes,
+        100 * options.max_lobes);
+  }
+  return std::nullopt;
 }
 
 }  // namespace
 
-FittedCandidate fit_candidate(const Image& image,
-                              const FitFrame& fit_frame,
-                              const ExpectedRim& expected,
-                              const RimStart& start,
-                              const LocateOptions& options) {
-  if (start.at_border) return border_candidate(fit_frame, expected, start);
-  FittedCandidate candidate;
-  if (start.parameters[kRadius] < kMinRadiusPx) {
-    candidate.reason = "it is too small to be measured";
-    fill_geometry(
-        fit_frame, expected, start.parameters, Eigen::Matrix2d::Identity(), candidate.fit);
-    return candidate;
+bool RimFit::is_too_small() const {
+  return start.parameters[kRadius] < kMinRadiusPx;
+}
+
+RimFit fit_candidate(const DetectorInput& input,
+                     const FitFrame& fit_frame,
+                     const ExpectedRim& expected,
+                     const RimStart& start) {
+  RimFit fit{fit_frame, start, {}, {}};
+  TargetFit& target = fit.target;
+  if (start.at_border || fit.is_too_small()) {
+    const RimVector& p = start.parameters;
+    fill_geometry(fit_frame, expected, p, Eigen::Matrix2d::Identity(), target);
+    if (!start.at_border) return fit;
+    target.score = start.support;
+    target.visible = start.inside;
+    target.blur_px = p[kSigma];
+    target.background = p[kLevel];
+    target.contrast = p[kContrast];
+    return fit;
   }
-  const RimEstimate e = estimate_rim(image, fit_frame, expected, start, options);
+  fit.estimate = estimate_rim(input.image, fit_frame, expected, start, input.options);
+  const RimEstimate& e = fit.estimate;
   const RimVector& p = e.parameters;
-  TargetFit& fit = candidate.fit;
-  fill_geometry(fit_frame, expected, p, e.center_cov, fit);
-  fit.score = e.correlation * e.arc;
-  fit.visible = e.visible;
-  fit.blur_px = p[kSigma];
-  fit.background = p[kLevel];
-  fit.contrast = p[kContrast];
-  fit.noise = e.rim_noise;
-  fit.excluded = e.excluded;
-  judge_circle(image, fit_frame, expected, options, e, start.support, candidate);
-  return candidate;
+  fill_geometry(fit_frame, expected, p, e.center_cov, target);
+  target.score = e.correlation * e.arc;
+  target.visible = e.visible;
+  target.blur_px = p[kSigma];
+  target.background = p[kLevel];
+  target.contrast = p[kContrast];
+  target.noise = e.rim_noise;
+  target.excluded = e.excluded;
+  return fit;
+}
+
+Judgement judge_rim(const DetectorInput& input, const ExpectedRim& expected, const RimFit& fit) {
+  const LocateOptions& options = input.options;
+  const RimEstimate& e = fit.estimate;
+  const RimVector& p = e.parameters;
+  if (fit.start.at_border) {
+    return unfit(fmt::format(
+        "at the border: a part of its rim is outside of the picture, {:.0f} % are inside",
+        100 * fit.start.inside));
+  }
+  if (fit.is_too_small()) return unlikely("it is too small to be measured");
+  const double support = fit.start.support;
+  if (!e.converged && support >= kLeastArc && support < options.min_visible) {
+    return unfit(arc_reason(support, options));
+  }
+  if (!e.converged || !fit.target.center.cov.allFinite()) return unlikely(kUnlikeTarget);
+  if (auto problem = contrast_problem(input.sign() * p[kContrast], input.min_contrast())) {
+    return unlikely(*std::move(problem));
+  }
+  if (e.clipped > options.max_clipped) {
+    return unfit(
+        fmt::format("saturated: {:.0f} % of its rim's pixels are clipped, at most {:.0f} % "
+                    "leave an edge to measure (max_clipped)",
+                    100 * e.clipped,
+                    100 * options.max_clipped));
+  }
+  if (auto problem = unseen_problem(e, options)) return unfit(*std::move(problem));
+  if (auto problem = score_problem(fit.target.score, input.options.min_score))
+    return unlikely(*std::move(problem));
+  if (auto problem = focus_problem(fit, options)) return unfit(*std::move(problem));
+  if (expected.shape == Shape::Ring && !has_hole(expected, p, input.min_contrast())) {
+    return unlikely("it has no hole that is darker or brighter as a ring's is");
+  }
+  if (auto problem = rim_size_problem(fit.fit_frame, expected, p))
+    return unfit(*std::move(problem));
+  if (auto problem = shape_problem(expected, options, fit)) return unfit(*std::move(problem));
+  return {};
 }
 
 }  // namespace panelcal::internal

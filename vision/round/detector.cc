@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "vision/fit/pipeline.h"
 #include "vision/fit/place.h"
 #include "vision/round/candidate_fit.h"
 #include "vision/round/radial_votes.h"
@@ -64,36 +65,6 @@ bool may_be_two_edges(const Target& target, const ExpectedRim& expected, const T
   return std::abs(ratio - 1) > kBetweenTwo * expected.size_tolerance;
 }
 
-/// The fit of a sighting. Where that is not the target, a ring about the same centre that is weaker
-/// but of the size may be: a pad in a mask's opening, a dome whose rim is darker than its middle.
-FittedCandidate fit_or_look_again(const DetectorInput& input,
-                                  const ExpectedRim& expected,
-                                  const CircleSighting& sighting,
-                                  double min_contrast) {
-  FittedCandidate candidate =
-      fit_candidate(input.image, sighting.fit_frame, expected, sighting.start, input.options);
-  const bool is_good = candidate.verdict == FittedCandidate::Verdict::Good;
-  if (sighting.start.at_border) return candidate;
-  if (is_good && !may_be_two_edges(input.target, expected, candidate.fit)) return candidate;
-  const auto start = find_rim(input.image,
-                              sighting.fit_frame,
-                              sighting.start.parameters.head<2>(),
-                              expected,
-                              kStepOfContrast * min_contrast,
-                              RimChoice::OfItsSize);
-  if (!start) return candidate;
-  const bool is_same = is_same_start(*start, sighting.start);
-  if (is_same && sighting.start.is_of_its_size) return candidate;
-  FittedCandidate other =
-      fit_candidate(input.image, sighting.fit_frame, expected, *start, input.options);
-  if (other.verdict != FittedCandidate::Verdict::Good) return candidate;
-  // What one start was taken for twice has to be plain: arcs of a dome's shading look like a rim.
-  const bool is_plain = other.fit.visible > kAllAround && other.fit.blur_px < kBlurOfTwoEdges_px;
-  if (is_same && !is_plain) return candidate;
-  // An edge of two is wider than either; one that is out of focus stays as wide.
-  return is_good && other.fit.blur_px > kOfTheTwo * candidate.fit.blur_px ? candidate : other;
-}
-
 /// The strongest rim about a place, or, if that is not near the size, one that is.
 std::optional<RimStart> see_rim(const Image& image,
                                 const FitFrame& fit_frame,
@@ -107,41 +78,83 @@ std::optional<RimStart> see_rim(const Image& image,
   return std::nullopt;
 }
 
-std::vector<CircleSighting> see_rims(const Image& image,
-                                     const CameraMapping* mapping,
-                                     const ExpectedRim& expected,
-                                     const SearchArea& area,
-                                     double min_contrast,
-                                     std::size_t max_fitted) {
-  const auto peaks = radial_votes(image,
-                                  area.box(image, 1.3 * expected.radius + 4),
-                                  expected.radius,
-                                  expected.polarity,
-                                  min_contrast,
-                                  static_cast<int>(kLooks * max_fitted));
-  std::vector<CircleSighting> sightings;
-  for (const VotePeak& peak : peaks) {
-    if (!area.contains(peak.at_px, 0.5 * expected.radius)) continue;
-    const FitFrame fit_frame(mapping, peak.at_px);
-    const auto start = see_rim(image, fit_frame, expected, kStepOfContrast * min_contrast);
-    if (!start) continue;
-    const auto u = fit_frame.to_image(start->parameters.head<2>());
-    if (!u || !area.contains(*u, 2)) continue;
-    const bool is_new =
-        std::all_of(sightings.begin(), sightings.end(), [&](const CircleSighting& s) {
-          return (s.center_px - *u).norm() > kSameCircle * expected.radius;
-        });
-    if (is_new) sightings.push_back({fit_frame, *start, *u});
+/// Discs, holes and rings.
+class Rims {
+ public:
+  using Sighting = CircleSighting;
+  using Fit = RimFit;
+
+  Rims(const DetectorInput& input, std::size_t max_fitted)
+      : input_(input),
+        expected_(expected_rim(input.target, input.mapping)),
+        least_step_(kStepOfContrast * input.min_contrast()),
+        max_fitted_(max_fitted) {}
+
+  /// Nearer candidates are one: two starts may end at one rim.
+  double apart_px() const { return kSameCircle * expected_.radius; }
+
+  Proposals<Sighting> propose() const {
+    const auto peaks = radial_votes(input_.image,
+                                    input_.area.box(input_.image, 1.3 * expected_.radius + 4),
+                                    expected_.radius,
+                                    expected_.polarity,
+                                    input_.min_contrast(),
+                                    static_cast<int>(kLooks * max_fitted_));
+    std::vector<Sighting> sightings;
+    for (const VotePeak& peak : peaks) {
+      if (!input_.area.contains(peak.at_px, 0.5 * expected_.radius)) continue;
+      const FitFrame fit_frame(input_.mapping, peak.at_px);
+      const auto start = see_rim(input_.image, fit_frame, expected_, least_step_);
+      if (!start) continue;
+      const auto u = fit_frame.to_image(start->parameters.head<2>());
+      if (!u || !input_.area.contains(*u, 2)) continue;
+      const bool is_new = std::ranges::all_of(
+          sightings, [&](const Sighting& s) { return (s.center_px - *u).norm() > apart_px(); });
+      if (is_new) sightings.push_back({fit_frame, *start, *u});
+    }
+    std::ranges::stable_sort(
+        sightings, std::ranges::greater(), [](const Sighting& s) { return s.start.support; });
+    if (sightings.size() > max_fitted_) {
+      sightings.erase(sightings.begin() + static_cast<std::ptrdiff_t>(max_fitted_),
+                      sightings.end());
+    }
+    return {std::move(sightings)};
   }
-  std::stable_sort(
-      sightings.begin(), sightings.end(), [](const CircleSighting& a, const CircleSighting& b) {
-        return a.start.support > b.start.support;
-      });
-  if (sightings.size() > max_fitted) {
-    sightings.erase(sightings.begin() + static_cast<std::ptrdiff_t>(max_fitted), sightings.end());
+
+  /// Where a sighting is not the target, a ring about the same centre that is weaker but of the
+  /// size may be: a pad in a mask's opening, a dome whose rim is darker than its middle.
+  Fit fit(const Sighting& sighting) const {
+    Fit fit = fit_candidate(input_, sighting.fit_frame, expected_, sighting.start);
+    if (sighting.start.at_border) return fit;
+    const bool is_good = judge(fit).verdict == Verdict::Good;
+    if (is_good && !may_be_two_edges(input_.target, expected_, fit.target)) return fit;
+    const auto start = find_rim(input_.image,
+                                sighting.fit_frame,
+                                sighting.start.parameters.head<2>(),
+                                expected_,
+                                least_step_,
+                                RimChoice::OfItsSize);
+    if (!start) return fit;
+    const bool is_same = is_same_start(*start, sighting.start);
+    if (is_same && sighting.start.is_of_its_size) return fit;
+    Fit other = fit_candidate(input_, sighting.fit_frame, expected_, *start);
+    if (judge(other).verdict != Verdict::Good) return fit;
+    // What one start was taken for twice has to be plain: arcs of a dome's shading look like a rim.
+    const double blur_px = other.target.blur_px;
+    const bool is_plain = other.target.visible > kAllAround && blur_px < kBlurOfTwoEdges_px;
+    if (is_same && !is_plain) return fit;
+    // An edge of two is wider than either; one that is out of focus stays as wide.
+    return is_good && blur_px > kOfTheTwo * fit.target.blur_px ? fit : other;
   }
-  return sightings;
-}
+
+  Judgement judge(const Fit& fit) const { return judge_rim(input_, expected_, fit); }
+
+ private:
+  const DetectorInput& input_;
+  ExpectedRim expected_;
+  double least_step_;  ///< grey levels, of an edge
+  std::size_t max_fitted_;
+};
 
 }  // namespace
 
@@ -150,26 +163,8 @@ std::vector<FittedCandidate> detect_rims(const DetectorInput& input) {
 }
 
 std::vector<FittedCandidate> detect_rims(const DetectorInput& input, std::size_t max_fitted) {
-  const ExpectedRim expected = expected_rim(input.target, input.mapping);
-  const double min_contrast = input.options.min_contrast * input.image.full_scale();
-  std::vector<FittedCandidate> candidates;
-  for (const CircleSighting& s :
-       see_rims(input.image, input.mapping, expected, input.area, min_contrast, max_fitted)) {
-    auto candidate = fit_or_look_again(input, expected, s, min_contrast);
-    const Eigen::Vector2d& at = candidate.fit.center.position.in_px();
-    if (!input.area.contains(at, 0)) continue;
-    // Two starts may end at one rim.
-    const auto same = std::ranges::find_if(candidates, [&](const FittedCandidate& other) {
-      return (other.fit.center.position.in_px() - at).norm() < kSameCircle * expected.radius;
-    });
-    if (same == candidates.end()) {
-      candidates.push_back(std::move(candidate));
-    } else if (std::pair(candidate.verdict, -candidate.fit.score) <
-               std::pair(same->verdict, -same->fit.score)) {
-      *same = std::move(candidate);
-    }
-  }
-  return candidates;
+  const Rims rims(input, max_fitted);
+  return detect(input, rims, rims.apart_px());
 }
 
 }  // namespace panelcal::internal

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "vision/fit/regression.h"
 #include "vision/round/fit.h"
 #include "vision/round/model/window.h"
 #include "vision/round/profile/rim_profile.h"
@@ -75,41 +76,20 @@ double band_px(const RimVector& p) {
   return kBandSigmas * p[kSigma] + 0.5;
 }
 
-/// Sums for a correlation.
-struct Correlation {
-  double n = 0, m = 0, v = 0, mm = 0, mv = 0, vv = 0;
-
-  void add(double model, double seen) {
-    ++n;
-    m += model;
-    v += seen;
-    mm += model * model;
-    mv += model * seen;
-    vv += seen * seen;
-  }
-  /// Pixels of one model level, by their residuals.
-  void add_flat(double model, std::span<const float> residuals) {
-    const Eigen::Map<const Eigen::ArrayXf> r(residuals.data(),
-                                             static_cast<Eigen::Index>(residuals.size()));
-    const auto count = static_cast<double>(residuals.size());
-    const auto sum = static_cast<double>(r.sum());
-    const auto squares = static_cast<double>(r.square().sum());
-    n += count;
-    m += count * model;
-    v += count * model + sum;
-    mm += count * model * model;
-    mv += model * (count * model + sum);
-    vv += model * (count * model + 2 * sum) + squares;
-  }
-  double value(double white_noise) const {
-    const double var_m = n * mm - m * m;
-    const double var_seen = n * vv - v * v;
-    // A faint target may look just like the model but for the camera's noise.
-    const double var_v = std::max(var_seen - n * n * white_noise * white_noise, 0.25 * var_seen);
-    if (!(var_m > 0) || !(var_v > 0)) return 0;
-    return std::clamp((n * mv - m * v) / std::sqrt(var_m * var_v), 0.0, 1.0);
-  }
-};
+/// Adds pixels of one model level, by their residuals.
+void add_flat(double model, std::span<const float> residuals, Regression& sums) {
+  const Eigen::Map<const Eigen::ArrayXf> r(residuals.data(),
+                                           static_cast<Eigen::Index>(residuals.size()));
+  const auto count = static_cast<double>(residuals.size());
+  const auto sum = static_cast<double>(r.sum());
+  const auto squares = static_cast<double>(r.square().sum());
+  sums.n += count;
+  sums.m += count * model;
+  sums.v += count * model + sum;
+  sums.mm += count * model * model;
+  sums.mv += model * (count * model + sum);
+  sums.vv += model * (count * model + 2 * sum) + squares;
+}
 
 /// Correlation of model and picture over the target and its near surroundings, above the
 /// background.
@@ -117,7 +97,7 @@ double correlation_of(const RimWindow& window,
                       const RimVector& p,
                       const RimResiduals& residuals,
                       double white_noise) {
-  Correlation sums;
+  Regression sums;
   const double limit = (1 + kCircleScoreReach) * p[kRadius] / window.unit_px();
   for (const RimSpan& span : window.spans()) {
     if (span.is_band) continue;
@@ -136,7 +116,7 @@ double correlation_of(const RimWindow& window,
       model = span.zone == RimZone::Target ? p[kContrast] : p[kHole];
     }
     const float* const left = residuals.values.data() + window.index(0, span.y);
-    sums.add_flat(model, {left + x0, static_cast<std::size_t>(x1 - x0)});
+    add_flat(model, {left + x0, static_cast<std::size_t>(x1 - x0)}, sums);
   }
   const RimBand& band = window.band();
   for (std::size_t i = 0; i < band.size(); ++i) {
@@ -145,7 +125,7 @@ double correlation_of(const RimWindow& window,
     sums.add(static_cast<double>(residuals.band.level[i]) - background,
              static_cast<double>(band.value[i]) - background);
   }
-  return sums.value(white_noise);
+  return sums.correlation(white_noise * white_noise);
 }
 
 /// Chi square of what the target's own slope has beyond the light's, from the flat part's
@@ -199,11 +179,12 @@ double clipped_share(const RimWindow& window, const RimVector& p) {
   if (!window.band().has_clipped) return 0;
   double n = 0;
   double n_clipped = 0;
-  for (const RimPixel pixel : window.band()) {
-    const double distance = std::abs((pixel.at.cast<double>() - p.head<2>()).norm() - p[kRadius]);
-    if (distance > 3 * p[kSigma]) continue;
+  const RimBand& band = window.band();
+  for (std::size_t i = 0; i < band.size(); ++i) {
+    const Eigen::Vector2d at(static_cast<double>(band.at_x[i]), static_cast<double>(band.at_y[i]));
+    if (std::abs((at - p.head<2>()).norm() - p[kRadius]) > 3 * p[kSigma]) continue;
     ++n;
-    n_clipped += pixel.clipped != 0;
+    n_clipped += band.clipped[i] != 0;
   }
   return n > 0 ? n_clipped / n : 0;
 }

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include <Eigen/Cholesky>
+#include "vision/fit/minimiser.h"
 
 namespace panelcal::internal {
 namespace {
@@ -15,8 +15,8 @@ constexpr double kCircleCostRounding = 1e-6;  // of the cost: residuals are floa
 constexpr double kMinCircleSigma = 0.32;      // a pixel behind a perfect lens has 0.29
 constexpr double kMaxSigmaOfRadius = 0.3;     // a blurrier rim is no rim
 
-using CircleDynamic = Eigen::
-    Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kRimParameters, kRimParameters>;
+using CircleDynamic = SmallMatrix<kRimParameters>;
+using CircleStep = SmallVector<kRimParameters>;
 
 /// Term of one clipped pixel: -2 log of its probability, and derivatives by the level.
 struct ClippedTerm {
@@ -45,26 +45,66 @@ ClippedTerm clipped_term(double excess, double sigma) {
 /// The equations of one iteration: the free parameters' curvature and slope of half the cost.
 struct CircleEquations {
   CircleDynamic h;
-  Eigen::VectorXd g;
+  CircleStep g;
   double cost = 0;
+};
+
+/// p + step, with lengths kept where the model means something and moves kept small.
+RimVector moved(const RimVector& p, RimVector step, bool is_ring) {
+  const double limit = std::max(0.5, 0.15 * p[kRadius]);
+  for (const int i : {kCenterX, kCenterY, kRadius, kInnerRadius, kHoleX, kHoleY}) {
+    step[i] = std::clamp(step[i], -limit, limit);
+  }
+  step[kSigma] = std::clamp(step[kSigma], -0.4 * p[kSigma], 0.8 * p[kSigma]);
+  RimVector q = p + step;
+  q[kRadius] = std::max(q[kRadius], 1.0);
+  q[kSigma] = std::clamp(q[kSigma], kMinCircleSigma, max_edge_sigma(q[kRadius]));
+  for (const int i : {kOval, kOvalDiagonal}) q[i] = std::clamp(q[i], -0.2, 0.2);
+  if (is_ring) q[kInnerRadius] = std::clamp(q[kInnerRadius], 0.5, q[kRadius]);
+  return q;
+}
+
+double largest_move(const RimVector& a, const RimVector& b) {
+  const RimVector d = (a - b).cwiseAbs();
+  return std::max({d[kCenterX],
+                   d[kCenterY],
+                   d[kRadius],
+                   d[kSigma],
+                   d[kInnerRadius],
+                   d[kHoleX],
+                   d[kHoleY],
+                   d[kOval] * a[kRadius],
+                   d[kOvalDiagonal] * a[kRadius]});
+}
+
+/// Strong residuals of what is not the rim make steps overshoot, every one nearly as far as the one
+/// before: the minimum lies between two that reverse.
+void shorten_reversal(const CircleStep& last, const CircleDynamic& h, CircleStep& step) {
+  constexpr double kReverse = 0.3;
+  if (last.size() == 0) return;
+  const CircleStep h_last = h * last;
+  const double reversal = -step.dot(h_last) / last.dot(h_last);
+  if (reversal > kReverse) step /= 1 + reversal;
+}
+
+/// Parameters, and the step that led to them.
+struct CircleState {
+  RimVector p;
+  CircleStep last = {};
 };
 
 class Accumulator {
  public:
+  using State = CircleState;
+  using Equations = CircleEquations;
+
   Accumulator(const RimWindow& window, const RimFitOptions& options)
       : window_(window), options_(options), n_(options.freedom.columns(columns_)) {
     rows_.setZero(kRows, n_);
   }
 
-  int n() const { return n_; }
-  /// Parameters that are not free get 0.
-  RimVector expanded(const Eigen::VectorXd& free) const {
-    RimVector all = RimVector::Zero();
-    for (int i = 0; i < n_; ++i) all[columns_[static_cast<std::size_t>(i)]] = free[i];
-    return all;
-  }
-
-  CircleEquations at(const RimVector& p) {
+  CircleEquations equations_at(const CircleState& state) {
+    const RimVector& p = state.p;
     CircleEquations equations;
     sums_.setZero(n_, n_);
     gradient_.setZero(n_);
@@ -73,7 +113,7 @@ class Accumulator {
     const RimBand& band = window_.band();
     for (std::size_t i = 0; i < band.size(); i += RimChunk::kSize) {
       chunk_.evaluate(band, i, p, options_.freedom, RimChunk::Want::Gradient);
-      chunk_.weigh(band, options_.huber);
+      chunk_.weigh(band);
       if (band.has_clipped) weigh_clipped(band);
       add_chunk();
     }
@@ -83,6 +123,19 @@ class Accumulator {
     equations.cost = cost_;
     add_flat(p, equations);
     return equations;
+  }
+
+  std::optional<MinimiserStep<CircleState>> step(const CircleState& state,
+                                                 const CircleEquations& equations,
+                                                 double damping) const {
+    CircleStep step = -damped_solution<kRimParameters>(equations.h, equations.g, damping);
+    shorten_reversal(state.last, equations.h, step);
+    RimVector all = RimVector::Zero();
+    for (int i = 0; i < n_; ++i) all[columns_[static_cast<std::size_t>(i)]] = step[i];
+    const RimVector next = moved(state.p, all, options_.freedom.is_ring);
+    return MinimiserStep<CircleState>{{next, step},
+                                      largest_move(next, state.p) / options_.tolerance_px,
+                                      step.dot(equations.h * step)};
   }
 
  private:
@@ -158,97 +211,29 @@ class Accumulator {
   Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kRows, kRimParameters>
       rows_;
   Eigen::Matrix<float, kRows, 1> residuals_;
-  Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kRimParameters, 1> gradient_;
+  CircleStep gradient_;
   CircleDynamic sums_;
   double cost_ = 0;
   Eigen::Index n_rows_ = 0;
 };
 
-/// The damped step, or zero if the equations are singular.
-Eigen::VectorXd solve(const CircleEquations& equations, double damping) {
-  CircleDynamic h = equations.h;
-  for (Eigen::Index i = 0; i < h.rows(); ++i) h(i, i) += damping * h(i, i) + 1e-12;
-  const Eigen::LDLT<CircleDynamic> factor(h);
-  Eigen::VectorXd step = Eigen::VectorXd::Zero(h.rows());
-  if (factor.info() == Eigen::Success && factor.isPositive()) step = -factor.solve(equations.g);
-  if (!step.allFinite()) step.setZero();
-  return step;
-}
-
-/// p + step, with lengths kept where the model means something and moves kept small.
-RimVector moved(const RimVector& p, RimVector step, bool is_ring) {
-  const double limit = std::max(0.5, 0.15 * p[kRadius]);
-  for (const int i : {kCenterX, kCenterY, kRadius, kInnerRadius, kHoleX, kHoleY}) {
-    step[i] = std::clamp(step[i], -limit, limit);
-  }
-  step[kSigma] = std::clamp(step[kSigma], -0.4 * p[kSigma], 0.8 * p[kSigma]);
-  RimVector q = p + step;
-  q[kRadius] = std::max(q[kRadius], 1.0);
-  q[kSigma] = std::clamp(q[kSigma], kMinCircleSigma, max_edge_sigma(q[kRadius]));
-  for (const int i : {kOval, kOvalDiagonal}) q[i] = std::clamp(q[i], -0.2, 0.2);
-  if (is_ring) q[kInnerRadius] = std::clamp(q[kInnerRadius], 0.5, q[kRadius]);
-  return q;
-}
-
-double largest_move(const RimVector& a, const RimVector& b) {
-  const RimVector d = (a - b).cwiseAbs();
-  return std::max({d[kCenterX],
-                   d[kCenterY],
-                   d[kRadius],
-                   d[kSigma],
-                   d[kInnerRadius],
-                   d[kHoleX],
-                   d[kHoleY],
-                   d[kOval] * a[kRadius],
-                   d[kOvalDiagonal] * a[kRadius]});
-}
-
-/// Strong residuals of what is not the rim make steps overshoot, every one nearly as far as the one
-/// before: the minimum lies between two that reverse.
-void shorten_reversal(const Eigen::VectorXd& last, const CircleDynamic& h, Eigen::VectorXd& step) {
-  constexpr double kReverse = 0.3;
-  if (last.size() == 0) return;
-  const Eigen::VectorXd h_last = h * last;
-  const double reversal = -step.dot(h_last) / last.dot(h_last);
-  if (reversal > kReverse) step /= 1 + reversal;
-}
-
 }  // namespace
 
 RimSolution fit_rim(const RimWindow& window, const RimVector& start, const RimFitOptions& options) {
   Accumulator accumulator(window, options);
-  const bool is_ring = options.freedom.is_ring;
+  const CircleState first{moved(start, RimVector::Zero(), options.freedom.is_ring)};
+  const auto minimum = minimised(accumulator,
+                                 first,
+                                 {.max_iterations = kMaxCircleIterations,
+                                  .first_damping = 1e-6,
+                                  .damping_after_failure = 1e-2,
+                                  .cost_rounding = kCircleCostRounding});
   RimSolution solution;
+  solution.parameters = minimum.state.p;
   solution.freedom = options.freedom;
-  solution.parameters = moved(start, RimVector::Zero(), is_ring);
-  double damping = 1e-6;
-  CircleEquations equations = accumulator.at(solution.parameters);
-  solution.n_evaluations = 1;
-  Eigen::VectorXd last;
-  for (int i = 0; i < kMaxCircleIterations && !solution.converged && damping < 1e8; ++i) {
-    Eigen::VectorXd step = solve(equations, damping);
-    shorten_reversal(last, equations.h, step);
-    const RimVector next = moved(solution.parameters, accumulator.expanded(step), is_ring);
-    const bool is_small = largest_move(next, solution.parameters) < options.tolerance_px;
-    if (is_small && damping < 0.1) {
-      // The next step would be smaller by as much again: no need to look.
-      solution.parameters = next;
-      solution.converged = true;
-      break;
-    }
-    CircleEquations next_equations = accumulator.at(next);
-    ++solution.n_evaluations;
-    const double scale = std::abs(equations.cost) + step.dot(equations.h * step);
-    if (next_equations.cost <= equations.cost + kCircleCostRounding * scale) {
-      solution.parameters = next;
-      equations = std::move(next_equations);
-      last = step;
-      damping = std::max(1e-9, damping * 0.1);
-    } else {
-      damping = std::max(1e-2, damping * 10);
-    }
-  }
-  solution.information = equations.h;
+  solution.information = minimum.equations.h;
+  solution.n_evaluations = minimum.n_evaluations;
+  solution.converged = minimum.converged;
   return solution;
 }
 

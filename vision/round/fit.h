@@ -19,7 +19,6 @@ struct RimNoise {
 struct RimFitOptions {
   RimFreedom freedom;
   RimNoise noise;
-  double huber = 0;  ///< pixels off by more sigmas count linearly; 0: plain least squares
   double tolerance_px = 0.012;  ///< stop at smaller steps; the next would be about its square
 };
 

@@ -8,6 +8,9 @@
 #include <numeric>
 #include <utility>
 
+#include "calib/base/statistics/median.h"
+#include "vision/fit/local_maxima.h"
+
 namespace panelcal::internal {
 namespace {
 
@@ -105,10 +108,7 @@ double gradient_sigma(const Gradients& g) {
   for (std::size_t i = 0; i < g.x.cells.size(); i += stride) {
     magnitudes.push_back(std::abs(g.x.cells[i]));
   }
-  if (magnitudes.empty()) return 0;
-  const auto middle = magnitudes.begin() + static_cast<std::ptrdiff_t>(magnitudes.size() / 2);
-  std::nth_element(magnitudes.begin(), middle, magnitudes.end());
-  return 1.4826 * static_cast<double>(*middle);
+  return kSigmasPerMedian * median(std::move(magnitudes));
 }
 
 void vote(Grid& votes, double x, double y, float weight) {
@@ -147,19 +147,6 @@ Grid collect_votes(const Gradients& g, double radius, double sign, double thresh
   return votes;
 }
 
-bool is_vote_peak(const Grid& votes, int x, int y) {
-  const float v = votes.at(x, y);
-  for (int dy = -1; dy <= 1; ++dy) {
-    for (int dx = -1; dx <= 1; ++dx) {
-      if (x + dx < 0 || y + dy < 0 || x + dx >= votes.width || y + dy >= votes.height) continue;
-      const float other = votes.at(x + dx, y + dy);
-      // Of equal neighbours the first in reading order wins.
-      if (other > v || (other == v && (dy < 0 || (dy == 0 && dx < 0)))) return false;
-    }
-  }
-  return true;
-}
-
 }  // namespace
 
 std::vector<VotePeak> radial_votes(const Image& image,
@@ -178,32 +165,22 @@ std::vector<VotePeak> radial_votes(const Image& image,
   // An edge smoothed to about 1.2 cells has a slope of a third of its height.
   const double threshold = std::max(0.25 * edge_level / 3, 3.5 * gradient_sigma(gradients));
   const double sign = polarity == Polarity::Bright ? 1 : -1;
-  const Grid votes = smoothed_votes(
+  Grid votes = smoothed_votes(
       smoothed_votes(collect_votes(gradients, radius, sign, std::max(threshold, 1e-6))));
 
   // A rim two cells wide votes into a spot whose middle holds about a tenth of it.
   const double whole_rim = 2 * std::numbers::pi * radius * 0.15;
   const auto least = static_cast<float>(kMinVotes * whole_rim);
-  std::vector<VotePeak> peaks;
-  for (int y = 0; y < votes.height; ++y) {
-    for (int x = 0; x < votes.width; ++x) {
-      if (votes.at(x, y) < least || !is_vote_peak(votes, x, y)) continue;
-      const double share = votes.at(x, y) / whole_rim;
-      const Eigen::Vector2d at(box.x0 + (x + 0.5) * factor - 0.5,
-                               box.y0 + (y + 0.5) * factor - 0.5);
-      peaks.push_back({at, share});
-    }
-  }
-  std::stable_sort(peaks.begin(), peaks.end(), [](const VotePeak& a, const VotePeak& b) {
-    return a.votes > b.votes;
-  });
+  const cv::Mat map(votes.height, votes.width, CV_32F, votes.cells.data());
   std::vector<VotePeak> best;
-  for (const VotePeak& peak : peaks) {
-    const bool is_new = std::all_of(best.begin(), best.end(), [&](const VotePeak& other) {
-      return (other.at_px - peak.at_px).norm() > kPeakDistance * radius_px;
-    });
-    if (is_new) best.push_back(peak);
+  for (const cv::Point& cell : local_maxima(map, least)) {
     if (static_cast<int>(best.size()) >= max_peaks) break;
+    const Eigen::Vector2d at(box.x0 + (cell.x + 0.5) * factor - 0.5,
+                             box.y0 + (cell.y + 0.5) * factor - 0.5);
+    const bool is_new = std::ranges::all_of(best, [&](const VotePeak& other) {
+      return (other.at_px - at).norm() > kPeakDistance * radius_px;
+    });
+    if (is_new) best.push_back({at, votes.at(cell.x, cell.y) / whole_rim});
   }
   return best;
 }

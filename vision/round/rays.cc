@@ -7,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "calib/base/statistics/median.h"
 #include <Eigen/Cholesky>
 
 namespace panelcal::internal {
@@ -107,14 +108,6 @@ const Eigen::Vector2d& direction(int i_ray) {
     return rays;
   }();
   return all[static_cast<std::size_t>(i_ray)];
-}
-
-template <class T>
-double median_level(std::vector<T> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return static_cast<double>(*middle);
 }
 
 /// The best step on one ray.
@@ -250,8 +243,8 @@ std::optional<RayCircle> fit_circle(const Rays& rays) {
   }
   if (heights.size() < 8) return std::nullopt;
   RayCircle circle;
-  circle.height = median_level(heights);
-  circle.radius = median_level(radii);
+  circle.height = median(heights);
+  circle.radius = median(radii);
   double limit = std::max(2.0, 0.12 * circle.radius);
   for (int pass = 0; pass < 5; ++pass) {
     Eigen::Matrix3d h = Eigen::Matrix3d::Identity() * 1e-9;
@@ -274,7 +267,7 @@ std::optional<RayCircle> fit_circle(const Rays& rays) {
     const Eigen::Vector3d delta = h.ldlt().solve(g);
     circle.shift += delta.head<2>();
     circle.radius += delta.z();
-    limit = std::max({1.0, 0.04 * circle.radius, 3 * 1.4826 * median_level(errors)});
+    limit = std::max({1.0, 0.04 * circle.radius, 3 * kSigmasPerMedian * median(errors)});
   }
   return circle;
 }
@@ -286,7 +279,7 @@ std::optional<double> ring_level_at(const RaySampler& sample, double r) {
     if (const auto level = sample(r * direction(i))) levels.push_back(*level);
   }
   if (levels.empty()) return std::nullopt;
-  return median_level(std::move(levels));
+  return median(std::move(levels));
 }
 
 /// Radius of a ring's hole: the median over rays of the best step the other way.
@@ -300,7 +293,7 @@ double inner_radius_of(const RaySampler& sample, double radius, const ExpectedRi
     const auto step = finder.best(direction(i), to);
     if (step) radii.push_back(step->radius);
   }
-  return radii.size() < 8 ? guess : median_level(std::move(radii));
+  return radii.size() < 8 ? guess : median(std::move(radii));
 }
 
 /// The part of a rim that is inside of the picture.

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <utility>
 
+#include "vision/fit/regression.h"
 #include "vision/fit/turn.h"
 
 namespace panelcal::internal {
@@ -195,13 +196,10 @@ double visible_share(const RimWindow& window, const RimVector& p) {
   constexpr double kLeast = 0.5;
   constexpr double kMost = 1.6;
   constexpr double kFewPixels = 4;
-  /// Regression of what is seen on the model's step, about the sector's mean.
-  struct Sector {
-    double n = 0, m = 0, v = 0, mm = 0, mv = 0;
-  };
   const int n_sectors =
       std::clamp(static_cast<int>(2 * std::numbers::pi * p[kRadius] / kSector_px), 4, kMostSectors);
-  std::array<Sector, kMostSectors> sectors{};
+  // Of what is seen on the model's step.
+  std::array<Regression, kMostSectors> sectors{};
   const double reach = 3 * p[kSigma] + 1;
   const RimBand& band = window.band();
   const RimBandValues values = band_values(band, p, window.is_ring());
@@ -212,22 +210,16 @@ double visible_share(const RimWindow& window, const RimVector& p) {
     const double background = p[kLevel] * (1 + u * p[kLightX] + w * p[kLightY]);
     const double turn = turn_of(static_cast<double>(band.at_x[i]) - p[kCenterX],
                                 static_cast<double>(band.at_y[i]) - p[kCenterY]);
-    Sector& s =
+    Regression& s =
         sectors[static_cast<std::size_t>(turn * n_sectors) % static_cast<std::size_t>(n_sectors)];
-    const double m = static_cast<double>(values.level[i]) - background;
-    const double v = static_cast<double>(band.value[i]) - background;
-    ++s.n;
-    s.m += m;
-    s.v += v;
-    s.mm += m * m;
-    s.mv += m * v;
+    s.add(static_cast<double>(values.level[i]) - background,
+          static_cast<double>(band.value[i]) - background);
   }
   int n_seen = 0;
   for (int i = 0; i < n_sectors; ++i) {
-    const Sector& s = sectors[static_cast<std::size_t>(i)];
-    const double spread = s.mm - s.m * s.m / std::max(1.0, s.n);
-    if (s.n < kFewPixels || !(spread > 0)) continue;
-    const double ratio = (s.mv - s.m * s.v / s.n) / spread;
+    const Regression& s = sectors[static_cast<std::size_t>(i)];
+    if (s.n < kFewPixels || !(s.model_square() > 0)) continue;
+    const double ratio = s.gain();
     n_seen += ratio > kLeast && ratio < kMost;
   }
   return static_cast<double>(n_seen) / n_sectors;

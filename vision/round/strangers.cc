@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "calib/base/statistics/median.h"
+
 namespace panelcal::internal {
 namespace {
 
@@ -17,13 +19,6 @@ constexpr double kPixelSigmas = 8;       // of one pixel
 constexpr double kRimOfContrast = 0.12;  // of the box mean; a rim that is not quite round stays
 constexpr double kFlatOfContrast = 0.03;
 constexpr double kMarkOfContrast = 0.45;
-
-double median_magnitude(std::vector<float>& values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return static_cast<double>(*middle);
-}
 
 /// Limits of strange pixels, by kind of pixel.
 struct StrangeLimits {
@@ -112,7 +107,7 @@ std::array<double, kRimZones> zone_spreads(const RimResiduals& residuals,
   }
   std::array<double, kRimZones> spreads = {1, 1, 1};
   for (const std::size_t zone : {std::size_t{0}, std::size_t{2}}) {
-    spreads[zone] = std::max(1.0, 1.4826 * median_magnitude(magnitudes[zone]));
+    spreads[zone] = std::max(1.0, kSigmasPerMedian * median(std::move(magnitudes[zone])));
   }
   return spreads;
 }

@@ -12,6 +12,7 @@
 #include "vision/picture/memory_error.h"
 #include "vision/show/overlay_legend.h"
 #include "vision/show/overlay_panel.h"
+#include "vision/show/shown_box.h"
 #include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
 
@@ -48,46 +49,8 @@ struct View {
 
 using Outlines = std::vector<std::vector<Eigen::Vector2d>>;
 
-/// Extent of outlines from a place, each axis for itself, px.
-double reach_of(const Outlines& outlines_px, PixelLength size, const Eigen::Vector2d& from_px) {
-  double reach_px = 0.5 * size.in_px();
-  for (const auto& outline : outlines_px) {
-    for (const Eigen::Vector2d& u : outline) {
-      reach_px = std::max(reach_px, (u - from_px).lpNorm<Eigen::Infinity>());
-    }
-  }
-  return reach_px;
-}
-
-/// Half the side of a square about the best candidate that shows all that matters, px.
-double half_width_of(const Detection& detection, const OverlayOptions& options) {
-  if (options.half_width) return options.half_width->in_px();
-  const TargetFit& best = *detection.best;
-  const Eigen::Vector2d& u = best.center.position.in_px();
-  double half_px = 1.6 * reach_of(best.outlines_px, best.size, u) + 8;
-  for (const Candidate& other : detection.candidates) {
-    if (!other.reason.empty()) continue;
-    half_px = std::max(half_px, reach_of(other.outlines_px, other.size, u) + 8);
-    half_px = std::max(half_px, (other.center.in_px() - u).lpNorm<Eigen::Infinity>() + 8);
-  }
-  return half_px;
-}
-
 View overlay_view(const Image& image, const Detection& detection, const OverlayOptions& options) {
-  View view{cv::Rect(0, 0, image.width(), image.height()), 1};
-  if (detection.best) {
-    const Eigen::Vector2d& u = detection.best->center.position.in_px();
-    const double half = half_width_of(detection, options);
-    const auto clamped = [](double v, int end) {
-      if (std::isnan(v)) return end;
-      return static_cast<int>(std::lround(std::clamp(v, 0.0, static_cast<double>(end))));
-    };
-    const cv::Point first(clamped(u.x() - half, image.width()),
-                          clamped(u.y() - half, image.height()));
-    const cv::Point last(clamped(u.x() + half + 1, image.width()),
-                         clamped(u.y() + half + 1, image.height()));
-    if (last.x > first.x && last.y > first.y) view.box = cv::Rect(first, last);
-  }
+  View view{internal::shown_box(image, detection, options.half_width), 1};
   const int side = std::max(view.box.width, view.box.height);
   const int wanted = std::clamp(options.min_side, 1, kMaxOverlaySide);
   view.zoom = std::clamp((wanted + side - 1) / side, 1, kMaxZoom);

@@ -2,6 +2,7 @@
 #include "vision/suggest/explain.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -22,22 +23,11 @@ constexpr double kMaxStrange = 1.7;
 
 /// The shape under which find_marks() reports a target; empty for those that it does not know.
 std::optional<Shape> seen_as(Shape shape) {
-  switch (shape) {
-    case Shape::Disc:
-    case Shape::Hole:
-      return Shape::Disc;
-    case Shape::Ring:
-    case Shape::Square:
-    case Shape::Diamond:
-    case Shape::Cross:
-    case Shape::AprilTag:
-      return shape;
-    case Shape::Slot:
-    case Shape::Dots:
-    case Shape::Template:
-      break;
-  }
-  return std::nullopt;
+  constexpr std::array kSeen = {
+      Shape::Disc, Shape::Ring, Shape::Square, Shape::Diamond, Shape::Cross, Shape::AprilTag};
+  if (shape == Shape::Hole) return Shape::Disc;
+  if (std::ranges::find(kSeen, shape) == kSeen.end()) return std::nullopt;
+  return shape;
 }
 
 /// A mark beside what was asked for.

@@ -3,6 +3,7 @@
 #include <tuple>
 #include <utility>
 
+#include "calib/base/statistics/median.h"
 #include "vision/suggest/seen_mark.h"
 #include <fmt/format.h>
 
@@ -38,8 +39,7 @@ MarkGroup group_of(std::vector<SeenMark> marks) {
     contrasts.push_back(mark.contrast);
     group.worth += worth_of(mark);
   }
-  std::ranges::sort(contrasts);
-  group.contrast = contrasts[contrasts.size() / 2];
+  group.contrast = median(std::move(contrasts));
   std::ranges::stable_sort(marks, std::ranges::greater(), worth_of);
   group.marks = std::move(marks);
   return group;

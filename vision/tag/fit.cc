@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "vision/fit/frame.h"
+#include "vision/fit/place.h"
 #include "vision/polygon/fit.h"
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -16,8 +17,6 @@
 
 namespace panelcal::internal {
 namespace {
-
-using Verdict = FittedCandidate::Verdict;
 
 /// Greatest error of the quad's corners, as part of a cell, and at least, px.
 constexpr double kStartError = 0.12;
@@ -97,75 +96,66 @@ CellFit fit_pattern(const Image& image,
   return wide.converged && !(near.converged && near.correlation > wide.correlation) ? wide : near;
 }
 
-PositionEstimate<frame::Image> in_image(const FitFrame& fit_frame, const CellPlace& place) {
-  const Eigen::Vector2d u = fit_frame.to_image(place.at).value_or(Eigen::Vector2d::Zero());
-  const Eigen::Matrix2d px_from_frame = fit_frame.jacobian(u).inverse();
-  return {position_px<frame::Image>(u), propagate(px_from_frame, place.cov)};
-}
-
-/// The direction of the tag's x in the fit frame, at its middle.
-double tag_angle(const CellState& state) {
-  const Eigen::Matrix2d frame_from_tag = state.jacobian(state.to_frame({0, 0})).inverse();
-  return std::atan2(frame_from_tag(1, 0), frame_from_tag(0, 0));
-}
-
 double angle_sigma(const CellModel& model, const CellFit& fit) {
   constexpr double kStep = 1e-6;
   CellVector gradient = CellVector::Zero();
   for (int k = 0; k < model.n_pose(); ++k) {
     CellVector step = CellVector::Zero();
     step[k] = kStep;
-    const double high = tag_angle(model.moved(fit.state, step));
-    const double low = tag_angle(model.moved(fit.state, -step));
+    const double high = pose_of(model.moved(fit.state, step)).angle_rad;
+    const double low = pose_of(model.moved(fit.state, -step)).angle_rad;
     gradient[k] = std::remainder(high - low, 2 * std::numbers::pi) / (2 * kStep);
   }
   return std::sqrt(gradient.dot(fit.cov * gradient));
 }
 
-double mean_side(const std::array<Eigen::Vector2d, 4>& corners) {
-  return TagQuad{corners}.mean_side_px();
-}
-
 /// The corners' square; a lens bends its sides.
-std::vector<Eigen::Vector2d> outline(const FitFrame& fit_frame, const CellState& state) {
+std::vector<Eigen::Vector2d> tag_outline(const FitFrame& fit_frame, const CellState& state) {
   constexpr int kPieces = 8;
   const int n = fit_frame.mapping() ? kPieces : 1;
   const auto corners = tag_corners();
-  std::vector<Eigen::Vector2d> points;
+  std::vector<Eigen::Vector2d> outline;
   for (std::size_t i = 0; i < 4; ++i) {
     for (int k = 0; k < n; ++k) {
       const double part = static_cast<double>(k) / n;
-      const Eigen::Vector2d v = (1 - part) * corners[i] + part * corners[(i + 1) % 4];
-      if (const auto u = fit_frame.to_image(state.to_frame(v))) points.push_back(*u);
+      outline.push_back(state.to_frame((1 - part) * corners[i] + part * corners[(i + 1) % 4]));
     }
   }
-  if (!points.empty()) points.push_back(points.front());
-  return points;
+  outline.push_back(outline.front());
+  return in_picture(fit_frame, outline);
+}
+
+TagQuad quad_of(const TargetFit& fit) {
+  TagQuad quad;
+  for (std::size_t i = 0; i < 4; ++i) quad.corners_px[i] = fit.corners[i].position.in_px();
+  return quad;
 }
 
 /// Mean side of a tag in the fit frame.
 double side_in_frame(const CellState& state) {
   auto corners = tag_corners();
   for (Eigen::Vector2d& c : corners) c = state.to_frame(c);
-  return mean_side(corners);
+  return TagQuad{corners}.mean_side_px();
+}
+
+/// Precondition: fit.corners are filled.
+void fill_tag_place(const FitFrame& fit_frame,
+                    const CellState& state,
+                    const CellPlace& middle,
+                    TargetFit& fit) {
+  set_place(fit_frame, middle.at, middle.cov, side_in_frame(state), fit);
+  fit.size = px(quad_of(fit).mean_side_px());
+  fit.angle = rad(pose_of(state).angle_rad);
+  fit.outlines_px = {tag_outline(fit_frame, state)};
 }
 
 void fill_tag(const FitFrame& fit_frame, const CellModel& model, const CellFit& f, TargetFit& fit) {
-  const CellPlace middle = place_of(model, f, Eigen::Vector2d::Zero());
-  fit.center = in_image(fit_frame, middle);
-  std::array<Eigen::Vector2d, 4> corners_px;
-  for (std::size_t i = 0; i < 4; ++i) {
-    fit.corners.push_back(in_image(fit_frame, place_of(model, f, tag_corners()[i])));
-    corners_px[i] = fit.corners.back().position.in_px();
+  for (const Eigen::Vector2d& corner : tag_corners()) {
+    const CellPlace place = place_of(model, f, corner);
+    fit.corners.push_back(in_image(fit_frame, place.at, place.cov));
   }
-  fit.size = px(mean_side(corners_px));
-  fit.angle = rad(tag_angle(f.state));
-  if (fit_frame.mapping()) {
-    const double unit_mm = fit_frame.unit();
-    fit.center_optical = PositionEstimate<frame::Optical>{fit_frame.to_optical(middle.at),
-                                                          unit_mm * unit_mm * middle.cov};
-    fit.size_mm = mm(side_in_frame(f.state) * unit_mm);
-  }
+  fill_tag_place(fit_frame, f.state, place_of(model, f, Eigen::Vector2d::Zero()), fit);
+  fit.angle_sigma = rad(angle_sigma(model, f));
   fit.blur_px = f.state.sigma_px;
   fit.background = f.state.levels[0];
   fit.contrast = f.state.levels[3];
@@ -173,30 +163,20 @@ void fill_tag(const FitFrame& fit_frame, const CellModel& model, const CellFit& 
   fit.excluded = f.excluded;
   // Edges too short to be looked at one by one tell nothing either way.
   fit.visible = f.outside_picture < 1 ? std::min(1.0, f.visible / (1 - f.outside_picture)) : 1;
-  fit.outlines_px = {outline(fit_frame, f.state)};
+  // Wrong bits are debris, which the correlation leaves out: decoded() has judged them.
+  fit.score = f.correlation * fit.visible;
 }
 
 /// Only where the tag is, as the quad says it: a pixel either way says that this is no measurement.
 void fill_roughly(const FitFrame& fit_frame,
                   const CellState& start,
-                  const TagQuad& quad,
-                  const TagReading& reading,
+                  const TagSighting& sighting,
                   TargetFit& fit) {
-  const CellPlace middle{start.to_frame({0, 0}), Eigen::Matrix2d::Identity()};
-  fit.center = in_image(fit_frame, middle);
-  for (const Eigen::Vector2d& u : quad.corners_px) {
+  for (const Eigen::Vector2d& u : sighting.quad.corners_px) {
     fit.corners.push_back({position_px<frame::Image>(u), Eigen::Matrix2d::Identity()});
   }
-  fit.size = px(quad.mean_side_px());
-  fit.angle = rad(tag_angle(start));
-  if (fit_frame.mapping()) {
-    const double unit_mm = fit_frame.unit();
-    fit.center_optical = PositionEstimate<frame::Optical>{fit_frame.to_optical(middle.at),
-                                                          unit_mm * unit_mm * middle.cov};
-    fit.size_mm = mm(side_in_frame(start) * unit_mm);
-  }
-  fit.contrast = reading.contrast;
-  fit.outlines_px = {outline(fit_frame, start)};
+  fill_tag_place(fit_frame, start, {start.to_frame({0, 0}), Eigen::Matrix2d::Identity()}, fit);
+  fit.contrast = sighting.reading.contrast;
 }
 
 /// True if a part of the frame or of the bits is outside; the quiet zone may be.
@@ -225,127 +205,85 @@ bool leaves_picture(const Image& image,
          cell_leaves(last, last) || std::any_of(family.bits.begin(), family.bits.end(), bit_leaves);
 }
 
-std::optional<std::string> tag_size_problem(const DetectorInput& input,
-                                            const FitFrame& fit_frame,
-                                            double side) {
-  const Target& target = input.target;
-  const auto asked = frame_length(target.size, target.size_px, input.mapping);
-  if (!asked) return std::nullopt;
-  const double deviation = side / *asked - 1;
-  if (std::abs(deviation) <= target.size_tolerance) return std::nullopt;
-  return fmt::format("its size is {:.4g} {}, {:+.1f} % from {:.4g}; {:.1f} % are allowed",
-                     side * fit_frame.unit(),
-                     fit_frame.mapping() ? "mm" : "px",
-                     100 * deviation,
-                     *asked * fit_frame.unit(),
-                     100 * target.size_tolerance);
-}
-
 /// The fitted tag read again: its id must not hang on where the search put the corners.
-bool reads_the_same(const DetectorInput& input,
-                    const TagFamily& family,
-                    const TargetFit& fit,
-                    const TagReading& reading) {
-  TagQuad quad;
-  for (std::size_t i = 0; i < 4; ++i) quad.corners_px[i] = fit.corners[i].position.in_px();
-  const auto again = read_tag(input.image, family, quad, reading.contrast < 0, input.target.tag_id);
+bool reads_the_same(const DetectorInput& input, const TagFamily& family, const TagFit& fit) {
+  const TagReading& reading = fit.reading;
+  const auto again =
+      read_tag(input.image, family, quad_of(fit.target), reading.contrast < 0, input.target.tag_id);
   return again && again->id == reading.id && again->quarters == 0;
 }
 
-std::optional<std::string> unlikely_reason(const DetectorInput& input,
-                                           const TagFamily& family,
-                                           const TagReading& reading,
-                                           const TargetFit& fit) {
-  const double min_contrast = input.options.min_contrast * input.image.full_scale();
-  if (std::abs(fit.contrast) < min_contrast) {
-    return fmt::format("its contrast is {:.1f} grey levels, at least {:.1f} are asked for",
-                       std::abs(fit.contrast),
-                       min_contrast);
-  }
-  if ((fit.contrast < 0) != (reading.contrast < 0) ||
-      !reads_the_same(input, family, fit, reading)) {
-    return "it does not look like the target";
-  }
-  if (fit.score < input.options.min_score) {
-    return fmt::format(
-        "its score is {:.2f}, at least {:.2f} is asked for", fit.score, input.options.min_score);
-  }
-  return std::nullopt;
-}
-
-std::optional<std::string> unfit_tag_reason(const DetectorInput& input,
-                                            const FitFrame& fit_frame,
-                                            const TagFamily& family,
-                                            const CellFit& f,
-                                            const TargetFit& fit) {
-  if (leaves_picture(input.image, fit_frame, family, f.state)) {
+Problem unfit_tag(const DetectorInput& input, const TagFamily& family, const TagFit& fit) {
+  if (leaves_picture(input.image, fit.fit_frame, family, fit.cells.state)) {
     return "at the border: a part of it is outside of the picture";
   }
-  if (f.clipped > kMaxTagClipped) {
+  if (fit.cells.clipped > kMaxTagClipped) {
     return fmt::format(
         "saturated: {:.0f} % of its edges' pixels are black or white; at most {:.0f} % "
         "are allowed",
-        100 * f.clipped,
+        100 * fit.cells.clipped,
         100 * kMaxTagClipped);
   }
-  const double cell_px = fit.size.in_px() / family.n_on_side;
-  if (fit.blur_px > kMaxBlur * cell_px) {
+  const double cell_px = fit.target.size.in_px() / family.n_on_side;
+  if (fit.target.blur_px > kMaxBlur * cell_px) {
     return fmt::format(
         "out of focus: its edges are blurred by {:.1f} px, at most {:.1f} are allowed",
-        fit.blur_px,
+        fit.target.blur_px,
         kMaxBlur * cell_px);
   }
-  return tag_size_problem(input, fit_frame, side_in_frame(f.state));
+  const auto asked = frame_length(input.target.size, input.target.size_px, input.mapping);
+  if (!asked) return std::nullopt;
+  return size_problem(fit.fit_frame,
+                      "its size",
+                      side_in_frame(fit.cells.state),
+                      *asked,
+                      input.target.size_tolerance);
 }
 
 }  // namespace
 
-FittedCandidate fit_tag(const DetectorInput& input,
-                        const TagFamily& family,
-                        const TagSighting& sighting) {
+TagFit fit_tag(const DetectorInput& input, const TagFamily& family, const TagSighting& sighting) {
   const auto& [quad, reading] = sighting;
   const Eigen::Vector2d center_px =
       (quad.image_from_tag() * Eigen::Vector3d::UnitZ()).hnormalized();
-  const FitFrame fit_frame(input.mapping, center_px);
+  TagFit fit{FitFrame(input.mapping, center_px), reading, {}, {}};
   const double cell_px = quad.mean_side_px() / family.n_on_side;
-  const CellState start = start_state(fit_frame, quad, cell_px);
-
-  FittedCandidate candidate;
-  TargetFit& fit = candidate.fit;
-  fit.tag_id = reading.id;
-  const int n_seen = static_cast<int>(family.bits.size()) - reading.unseen_bits;
-  fit.score = 1 - static_cast<double>(reading.wrong_bits) / n_seen;
-  if (input.target.tag_id.value_or(reading.id) != reading.id) {
-    fill_roughly(fit_frame, start, quad, reading, fit);
-    candidate.verdict = Verdict::Unfit;
-    candidate.reason =
-        fmt::format("it is tag {}, {} is asked for", reading.id, *input.target.tag_id);
-    return candidate;
-  }
+  const CellState start = start_state(fit.fit_frame, quad, cell_px);
   const CellModel model(cell_pattern(family.pattern(reading.id)),
                         PoseKind::Homography,
                         Eigen::Vector2d::Zero(),
                         side_in_frame(start));
-  const CellFit f = fit_pattern(input.image, fit_frame, model, start, cell_px);
-  if (!f.converged) {
-    fill_roughly(fit_frame, start, quad, reading, fit);
-    fit.score = 0;
-    candidate.reason = "it does not look like the target";
-    return candidate;
-  }
-  fill_tag(fit_frame, model, f, fit);
-  fit.angle_sigma = rad(angle_sigma(model, f));
-  // Wrong bits are debris, which the correlation leaves out: decoded() has judged them.
-  fit.score = f.correlation * fit.visible;
-  if (auto reason = unlikely_reason(input, family, reading, fit)) {
-    candidate.reason = *std::move(reason);
-  } else if (auto unfit = unfit_tag_reason(input, fit_frame, family, f, fit)) {
-    candidate.verdict = Verdict::Unfit;
-    candidate.reason = *std::move(unfit);
+  if (is_wanted(input, reading)) {
+    fit.cells = fit_pattern(input.image, fit.fit_frame, model, start, cell_px);
   } else {
-    candidate.verdict = Verdict::Good;
+    const int n_seen = static_cast<int>(family.bits.size()) - reading.unseen_bits;
+    fit.target.score = 1 - static_cast<double>(reading.wrong_bits) / n_seen;
   }
-  return candidate;
+  fit.target.tag_id = reading.id;
+  if (fit.cells.converged) {
+    fill_tag(fit.fit_frame, model, fit.cells, fit.target);
+  } else {
+    fill_roughly(fit.fit_frame, start, sighting, fit.target);
+  }
+  return fit;
+}
+
+Judgement judge_tag(const DetectorInput& input, const TagFamily& family, const TagFit& fit) {
+  if (!is_wanted(input, fit.reading)) {
+    return unfit(
+        fmt::format("it is tag {}, {} is asked for", fit.reading.id, *input.target.tag_id));
+  }
+  if (!fit.cells.converged) return unlikely(kUnlikeTarget);
+  const double contrast = fit.target.contrast;
+  if (auto problem = contrast_problem(std::abs(contrast), input.min_contrast())) {
+    return unlikely(*std::move(problem));
+  }
+  const bool is_inverted = (contrast < 0) != (fit.reading.contrast < 0);
+  if (is_inverted || !reads_the_same(input, family, fit)) return unlikely(kUnlikeTarget);
+  if (auto problem = score_problem(fit.target.score, input.options.min_score))
+    return unlikely(*std::move(problem));
+  if (auto problem = unfit_tag(input, family, fit)) return unfit(*std::move(problem));
+  return {};
 }
 
 }  // namespace panelcal::internal

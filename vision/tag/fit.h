@@ -2,6 +2,8 @@
 #pragma once
 
 #include "vision/fit/detector.h"
+#include "vision/fit/frame.h"
+#include "vision/polygon/fit.h"
 #include "vision/tag/family.h"
 #include "vision/tag/quads.h"
 #include "vision/tag/reader.h"
@@ -14,7 +16,19 @@ struct TagSighting {
   TagReading reading;
 };
 
-/// Fits all edges of the tag's known pattern to the picture and judges the result.
+inline bool is_wanted(const DetectorInput& input, const TagReading& reading) {
+  return input.target.tag_id.value_or(reading.id) == reading.id;
+}
+
+/// A tag after its fit.
+struct TagFit {
+  FitFrame fit_frame;
+  TagReading reading;
+  CellFit cells;  ///< not converged: nothing more is known than what the quad says
+  TargetFit target;
+};
+
+/// Fits all edges of the tag's known pattern to the picture.
 ///
 /// The pattern's pose is a homography (eight numbers) in the fit frame, found together with the
 /// light's two planes and the blur; every edge between a black and a white cell counts, of which
@@ -23,8 +37,8 @@ struct TagSighting {
 ///
 /// Cost   25 to 50 ms for a tag of 120 px: 20,000 pixels see an edge
 /// See    tests/vision/tag/detector_test.cc
-FittedCandidate fit_tag(const DetectorInput& input,
-                        const TagFamily& family,
-                        const TagSighting& sighting);
+TagFit fit_tag(const DetectorInput& input, const TagFamily& family, const TagSighting& sighting);
+
+Judgement judge_tag(const DetectorInput& input, const TagFamily& family, const TagFit& fit);
 
 }  // namespace panelcal::internal

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <numbers>
 
+#include "vision/fit/local_maxima.h"
 #include "vision/picture/cv_bridge.h"
 #include "vision/tag/frame_sides.h"
 #include <opencv2/core.hpp>
@@ -148,20 +149,8 @@ class BestFrames {
 
   /// Local maxima, the highest first.
   std::vector<std::pair<cv::Point, int>> peaks(double apart_px) const {
-    cv::Mat highest;
-    cv::dilate(scores_, highest, cv::Mat());
-    std::vector<cv::Point> places;
-    for (int y = 0; y < scores_.rows; ++y) {
-      for (int x = 0; x < scores_.cols; ++x) {
-        const float score = scores_.at<float>(y, x);
-        if (score > kMinFrameScore && score >= highest.at<float>(y, x)) places.emplace_back(x, y);
-      }
-    }
-    std::stable_sort(places.begin(), places.end(), [&](const cv::Point& a, const cv::Point& b) {
-      return scores_.at<float>(a) > scores_.at<float>(b);
-    });
     std::vector<std::pair<cv::Point, int>> chosen;
-    for (const cv::Point& at : places) {
+    for (const cv::Point& at : local_maxima(scores_, kMinFrameScore)) {
       if (chosen.size() == kMaxFrames) break;
       const bool is_new = std::none_of(chosen.begin(), chosen.end(), [&](const auto& other) {
         return cv::norm(other.first - at) < apart_px;

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "vision/fit/regression.h"
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
@@ -126,24 +127,15 @@ struct SideLine {
 };
 
 SideLine least_squares_line(const std::vector<SideStep>& steps, const SideLine& near) {
-  double n = 0;
-  double sx = 0;
-  double sy = 0;
-  double sxx = 0;
-  double sxy = 0;
+  Regression sums;
   for (const SideStep& s : steps) {
     if (std::abs(s.out - near.at_start - near.slope * s.along) > kAgreeing) continue;
-    ++n;
-    sx += s.along;
-    sy += s.out;
-    sxx += s.along * s.along;
-    sxy += s.along * s.out;
+    sums.add(s.along, s.out);
   }
-  const double determinant = n * sxx - sx * sx;
-  if (!(determinant > 1e-9)) return near;
+  if (!(sums.n * sums.model_square() > 1e-9)) return near;
   SideLine line = near;
-  line.slope = (n * sxy - sx * sy) / determinant;
-  line.at_start = (sy - line.slope * sx) / n;
+  line.slope = sums.gain();
+  line.at_start = (sums.v - line.slope * sums.m) / sums.n;
   return line;
 }
 

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "calib/base/statistics/median.h"
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
@@ -43,12 +44,6 @@ std::optional<double> interpolated(const Image& image, const Eigen::Vector2d& u_
   const double b = u_px.y() - fy;
   return (1 - b) * ((1 - a) * image.at(x, y) + a * image.at(x + 1, y)) +
          b * ((1 - a) * image.at(x, y + 1) + a * image.at(x + 1, y + 1));
-}
-
-double median_cell_level(std::vector<double>& levels) {
-  const auto middle = levels.begin() + static_cast<std::ptrdiff_t>(levels.size() / 2);
-  std::nth_element(levels.begin(), middle, levels.end());
-  return *middle;
 }
 
 /// level = plane . (1, column, row) over some cells.
@@ -122,7 +117,7 @@ CellLevels sample(const Image& image,
       const bool is_seen = is_inside && static_cast<double>(samples.size()) >=
                                             kLeastPlausible * n_samples * n_samples;
       out.is_inside.push_back(is_inside);
-      out.levels.push_back(is_seen ? std::optional(median_cell_level(samples)) : std::nullopt);
+      out.levels.push_back(is_seen ? std::optional(median(std::move(samples))) : std::nullopt);
     }
   }
   return out;
@@ -150,7 +145,7 @@ std::optional<FrameLight> light_of(const TagPattern& blank, const CellLevels& ce
   });
   // Half of the frame may be the quiet zone, which may leave the picture.
   if (2 * n_seen < n_frame || levels[0].empty() || levels[1].empty()) return std::nullopt;
-  const std::array medians = {median_cell_level(levels[0]), median_cell_level(levels[1])};
+  const std::array medians = {median(levels[0]), median(levels[1])};
   // Light changes less than that across a tag; a covered cell may differ by more.
   const double most = kMostLight * std::abs(medians[1] - medians[0]);
   each_frame_cell([&](int column, int row, bool is_white) {

@@ -27,10 +27,6 @@ double expected_side_px(const DetectorInput& input) {
   return frame_length(input.target.size, input.target.size_px, input.mapping).value_or(0);
 }
 
-bool is_searched_tag(const DetectorInput& input, const TagReading& reading) {
-  return input.target.tag_id.value_or(reading.id) == reading.id;
-}
-
 Eigen::Vector2d center_of(const TagQuad& quad) {
   const Eigen::Vector3d middle = quad.image_from_tag().col(2);
   return middle.head<2>() / middle.z();
@@ -82,7 +78,7 @@ std::vector<TagSighting> search_tags(const DetectorInput& input,
                   input.image, box, family, cell_px, view_of(way), min_contrast, is_inverted);
     add_sightings(input, family, quads, side_px, sightings);
     const bool is_seen = std::any_of(sightings.begin(), sightings.end(), [&](const TagSighting& s) {
-      return is_searched_tag(input, s.reading);
+      return is_wanted(input, s.reading);
     });
     if (is_seen && sought == TagsSought::One) break;
   }

@@ -21,13 +21,6 @@ Eigen::Matrix2d template_rotation(double angle) {
   return r;
 }
 
-/// The four corners, half a pixel outside of the corner pixels' middles.
-std::array<Eigen::Vector2d, 4> corners_of(const TemplateModel& model) {
-  const double right = model.width() - 0.5;
-  const double bottom = model.height() - 0.5;
-  return {Eigen::Vector2d(-0.5, -0.5), {right, -0.5}, {right, bottom}, {-0.5, bottom}};
-}
-
 struct Box {
   Eigen::Vector2d low = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
   Eigen::Vector2d high = -low;
@@ -38,7 +31,7 @@ std::optional<Box> template_box(const FitFrame& fit_frame,
                                 const TemplateModel& model,
                                 const TemplateMap& map) {
   Box box;
-  for (const Eigen::Vector2d& corner : corners_of(model)) {
+  for (const Eigen::Vector2d& corner : model.corners()) {
     const auto u = fit_frame.to_image(map.to_frame(corner));
     if (!u || !u->allFinite()) return std::nullopt;
     box.low = box.low.cwiseMin(*u);
@@ -85,8 +78,7 @@ TemplateWindow make_template_window(const Image& image,
   TemplateWindow window;
   window.level = level;
   const TemplateMap map(model, pose);
-  const Eigen::Vector2d middle_t(0.5 * (model.width() - 1), 0.5 * (model.height() - 1));
-  window.middle = map.to_frame(middle_t);
+  window.middle = map.to_frame(model.middle());
   window.unit = 0.5 * model.pitch * std::max(model.width(), model.height());
   window.seen_share = 0;
   const auto box = template_box(fit_frame, model, map);

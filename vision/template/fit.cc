@@ -6,6 +6,10 @@
 #include <cmath>
 #include <vector>
 
+#include "calib/base/statistics/median.h"
+#include "vision/fit/raster_filter.h"
+#include "vision/fit/regression.h"
+#include "vision/fit/residual.h"
 #include "vision/template/covariance.h"
 #include "vision/template/solver.h"
 
@@ -16,22 +20,6 @@ constexpr double kTemplateHuber = 2.0;
 constexpr double kTemplateRough = 0.01;  // px
 constexpr double kOfLevel = 0.1;         // px of a coarse level: better does not help the next one
 constexpr int kMinPixels = 40;
-
-/// Sigma of the noise that differs from pixel to pixel: the median of neighbours' differences,
-/// the model's own differences taken off.
-double white_noise_of(const TemplateWindow& window, const std::vector<double>& residuals) {
-  std::vector<double> differences;
-  for (std::size_t i = 1; i < residuals.size(); ++i) {
-    const TemplatePixel& a = window.pixels[i - 1];
-    const TemplatePixel& b = window.pixels[i];
-    if (a.y == b.y && a.x + 1 == b.x)
-      differences.push_back(std::abs(residuals[i] - residuals[i - 1]));
-  }
-  if (differences.empty()) return 0;
-  const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
-  std::nth_element(differences.begin(), middle, differences.end());
-  return 1.4826 / std::sqrt(2.0) * *middle;
-}
 
 /// Pixel minus model (with the smooth template) and how much half a px of displacement would do.
 struct Residuals {
@@ -47,18 +35,12 @@ Residuals residuals_of(const TemplateProblem& problem, const TemplateVector& p) 
   for (const TemplatePixel& pixel : problem.window.pixels) {
     const auto value = evaluate(problem.model, problem.window, map, pixel, p, false);
     const bool counts =
-        value &&
-        !(pixel.value >= problem.full_scale && value->smooth_level >= problem.full_scale) &&
-        !(pixel.value <= 0 && value->smooth_level <= 0);
+        value && !is_beyond_scale(pixel.value, value->smooth_level, problem.full_scale);
     out.value.push_back(counts ? pixel.value - value->smooth_level : 0);
     out.slope.push_back(counts ? value->slope.norm() / problem.model.pitch : 0);
     if (counts) magnitudes.push_back(std::abs(out.value.back()));
   }
-  if (!magnitudes.empty()) {
-    const auto middle = magnitudes.begin() + static_cast<std::ptrdiff_t>(magnitudes.size() / 2);
-    std::nth_element(magnitudes.begin(), middle, magnitudes.end());
-    out.sigma = 1.4826 * *middle;
-  }
+  out.sigma = kSigmasPerMedian * median(std::move(magnitudes));
   return out;
 }
 
@@ -123,28 +105,11 @@ struct Agreement {
   double clipped = 0;
 };
 
-/// Sums for a straight line through picture against model.
-struct Regression {
-  double n = 0;
-  double m = 0;
-  double v = 0;
-  double mm = 0;
-  double mv = 0;
-  double vv = 0;
+/// A part of the template.
+struct Tile {
+  Regression levels;       ///< without what is excluded
   double energy = 0;       ///< of the edges
   double kept_energy = 0;  ///< of those that are not excluded
-
-  void add(double model, double value) {
-    ++n;
-    m += model;
-    v += value;
-    mm += model * model;
-    mv += model * value;
-    vv += value * value;
-  }
-  double var_m() const { return mm - m * m / std::max(1.0, n); }
-  double var_v() const { return vv - v * v / std::max(1.0, n); }
-  double cov() const { return mv - m * v / std::max(1.0, n); }
 };
 
 /// True if what is not excluded of a part looks as the whole says it should.
@@ -153,14 +118,15 @@ bool agrees(const Regression& part, double noise) {
   constexpr double kHighGain = 1.6;
   constexpr double kUnexplained = 0.35;
   constexpr double kFewPixels = 10;
-  if (part.n < kFewPixels || !(part.var_m() > 0)) return false;
-  const double gain = part.cov() / part.var_m();
-  const double gain_sigma = noise / std::sqrt(part.var_m());
+  if (part.n < kFewPixels || !(part.model_square() > 0)) return false;
+  const double gain = part.gain();
+  const double gain_sigma = noise / std::sqrt(part.model_square());
   if (gain < kLowGain - 3 * gain_sigma || gain > kHighGain + 3 * gain_sigma) return false;
-  const double square = part.var_v() - 2 * part.cov() + part.var_m();  // of the residuals
+  const double square =
+      part.seen_square() - 2 * part.product() + part.model_square();  // of the residuals
   const double variance = noise * noise;
   const double by_chance = variance * (part.n + 4 * std::sqrt(2 * part.n));
-  return square - by_chance < kUnexplained * part.var_m();
+  return square - by_chance < kUnexplained * part.model_square();
 }
 
 Agreement agreement_of(const TemplateProblem& problem,
@@ -169,8 +135,9 @@ Agreement agreement_of(const TemplateProblem& problem,
   constexpr int kTiles = 4;
   constexpr double kTileShare = 0.01;  // tiles with less of the edges do not tell anything
   const TemplateMap map(problem.model, p);
-  std::array<Regression, kTiles * kTiles> tiles;
+  std::array<Tile, kTiles * kTiles> tiles;
   Regression all;
+  double all_energy = 0;
   Agreement out;
   for (const TemplatePixel& pixel : problem.window.pixels) {
     const auto value = evaluate(problem.model, problem.window, map, pixel, p, false);
@@ -182,33 +149,29 @@ Agreement agreement_of(const TemplateProblem& problem,
       return static_cast<std::size_t>(
           std::clamp(static_cast<int>(kTiles * (at + 0.5) / size), 0, kTiles - 1));
     };
-    Regression& part = tiles[tile(value->at.y(), problem.model.height()) * kTiles +
-                             tile(value->at.x(), problem.model.width())];
+    Tile& part = tiles[tile(value->at.y(), problem.model.height()) * kTiles +
+                       tile(value->at.x(), problem.model.width())];
     const double edge = value->slope.squaredNorm();
     all.add(model, seen);
-    all.energy += edge;
+    all_energy += edge;
     part.energy += edge;
     if (!pixel.is_excluded) {
       part.kept_energy += edge;
-      part.add(model, seen);
+      part.levels.add(model, seen);
     }
     out.clipped += pixel.value >= problem.full_scale || pixel.value <= 0;
   }
   out.clipped /= std::max(1.0, all.n);
   double energy = 0;
   double agreeing = 0;
-  for (const Regression& part : tiles) {
-    if (part.energy < kTileShare * all.energy) continue;
+  for (const Tile& part : tiles) {
+    if (part.energy < kTileShare * all_energy) continue;
     energy += part.energy;
-    if (agrees(part, noise.all)) agreeing += part.kept_energy;
+    if (agrees(part.levels, noise.all)) agreeing += part.kept_energy;
   }
   out.visible = energy > 0 ? agreeing / energy : 0;
   // The model is smooth: only the picture's noise is to be taken off.
-  const double var_v =
-      std::max(all.var_v() - all.n * noise.picture * noise.picture, 0.25 * all.var_v());
-  if (all.var_m() > 0 && var_v > 0) {
-    out.correlation = std::clamp(all.cov() / std::sqrt(all.var_m() * var_v), 0.0, 1.0);
-  }
+  out.correlation = all.correlation(noise.picture * noise.picture);
   return out;
 }
 
@@ -274,7 +237,8 @@ TemplateFit fit_template(const Image& image,
     if (is_lost()) return fit;
   }
   const Residuals residuals = residuals_of(problem, p);
-  const double white_noise = white_noise_of(problem.window, residuals.value);
+  const double white_noise =
+      white_noise_of(problem.window.pixels, [&](std::size_t i) { return residuals.value[i]; });
   set_weights(problem.window, template_noise(problem, p, white_noise).all);
   fit.converged = solve_with_smooth_rows(problem, p) && !is_lost();
   const TemplateNoise noise = template_noise(problem, p, white_noise);

@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "calib/base/statistics/linear_algebra.h"
+#include "calib/base/statistics/median.h"
+#include "vision/fit/raster_filter.h"
 #include <fmt/format.h>
 
 namespace panelcal::internal {
@@ -85,20 +87,6 @@ Raster smoothed_template(const Raster& t, double noise, Raster& structure) {
   return out;
 }
 
-Raster laplacian(const Raster& t) {
-  Raster out(t.width, t.height);
-  for (int y = 0; y < t.height; ++y) {
-    for (int x = 0; x < t.width; ++x) {
-      const int left = std::max(x - 1, 0);
-      const int right = std::min(x + 1, t.width - 1);
-      const int up = std::max(y - 1, 0);
-      const int down = std::min(y + 1, t.height - 1);
-      out.at(x, y) = t.at(left, y) + t.at(right, y) + t.at(x, up) + t.at(x, down) - 4 * t.at(x, y);
-    }
-  }
-  return out;
-}
-
 double border_median(const Raster& t) {
   std::vector<double> values;
   for (int x = 0; x < t.width; ++x) {
@@ -109,9 +97,7 @@ double border_median(const Raster& t) {
     values.push_back(t.at(0, y));
     values.push_back(t.at(t.width - 1, y));
   }
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return median(std::move(values));
 }
 
 /// Reason why the template's edges do not determine its place.

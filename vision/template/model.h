@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,13 @@ struct TemplateModel {
 
   int width() const { return raw.width(); }
   int height() const { return raw.height(); }
+  Eigen::Vector2d middle() const { return {0.5 * (width() - 1), 0.5 * (height() - 1)}; }
+  /// Its rectangle, px.
+  std::array<Eigen::Vector2d, 4> corners() const {
+    const double right = width() - 0.5;
+    const double bottom = height() - 0.5;
+    return {Eigen::Vector2d(-0.5, -0.5), {right, -0.5}, {right, bottom}, {-0.5, bottom}};
+  }
   /// `smooth` averaged by 2^level, and where a place is in it.
   const SplineImage& level(int level) const {
     return level == 0 ? smooth : reduced[static_cast<std::size_t>(level) - 1];

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "vision/template/noise.h"
 
+#include "vision/fit/raster_filter.h"
+
 namespace panelcal::internal {
 namespace {
 

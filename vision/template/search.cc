@@ -6,10 +6,13 @@
 #include <utility>
 
 #include "vision/fit/frame.h"
+#include "vision/fit/local_maxima.h"
+#include "vision/picture/cv_bridge.h"
 #include "vision/template/equations.h"
 #include "vision/texture/spectrum.h"
 #include <Eigen/LU>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 namespace panelcal::internal {
 namespace {
@@ -35,15 +38,11 @@ struct Stencil {
 };
 
 cv::Mat averaged_picture(const Image& image, const PixelBox& box, int factor) {
-  cv::Mat cells = cv::Mat::zeros(box.height / factor, box.width / factor, CV_32F);
-  const float weight = 1.0F / static_cast<float>(factor * factor);
-  for (int y = 0; y < cells.rows * factor; ++y) {
-    const auto row = image.row(box.y0 + y);
-    float* out = cells.ptr<float>(y / factor);
-    for (int x = 0; x < cells.cols * factor; ++x) {
-      out[x / factor] += weight * row[static_cast<std::size_t>(box.x0 + x)];
-    }
-  }
+  const cv::Size size(box.width / factor, box.height / factor);
+  if (size.empty()) return {};
+  const cv::Rect part(box.x0, box.y0, size.width * factor, size.height * factor);
+  cv::Mat cells;
+  cv::resize(pixels_of(image)(part), cells, size, 0, 0, cv::INTER_AREA);
   return cells;
 }
 
@@ -59,7 +58,7 @@ Stencil make_stencil(const TemplateModel& model,
   p[kLogScale] = log_scale;
   const TemplateMap map(model, p);
   const Eigen::Vector2d half(0.5 * model.width(), 0.5 * model.height());
-  const Eigen::Vector2d middle_t = half.array() - 0.5;
+  const Eigen::Vector2d middle_t = model.middle();
   const Eigen::Vector2d middle = px_from_frame * map.to_frame(middle_t);
   Eigen::Vector2d reach = Eigen::Vector2d::Zero();
   for (const double side : {-1.0, 1.0}) {
@@ -152,18 +151,6 @@ cv::Mat correlate(const SearchPicture& picture,
   return result;
 }
 
-bool is_correlation_peak(const cv::Mat& map, int x, int y) {
-  const float v = map.at<float>(y, x);
-  for (int dy = -1; dy <= 1; ++dy) {
-    for (int dx = -1; dx <= 1; ++dx) {
-      if (x + dx < 0 || y + dy < 0 || x + dx >= map.cols || y + dy >= map.rows) continue;
-      const float other = map.at<float>(y + dy, x + dx);
-      if (other > v || (other == v && (dy < 0 || (dy == 0 && dx < 0)))) return false;
-    }
-  }
-  return true;
-}
-
 struct Peak {
   TemplateSighting sighting;
   Eigen::Vector2d middle_px;
@@ -179,15 +166,11 @@ void collect_peaks(const cv::Mat& map,
   const auto to_px = [&](const Eigen::Vector2d& cell) -> Eigen::Vector2d {
     return Eigen::Vector2d(box.x0, box.y0) + (factor * (cell.array() + 0.5) - 0.5).matrix();
   };
-  for (int y = 0; y < map.rows; ++y) {
-    for (int x = 0; x < map.cols; ++x) {
-      const float correlation = map.at<float>(y, x);
-      if (correlation < kMinTemplateCorrelation || !is_correlation_peak(map, x, y)) continue;
-      const Eigen::Vector2d first(x - picture.margin_x, y - picture.margin_y);
-      peaks.push_back(
-          {{to_px(first + stencil.reference), stencil.turn, stencil.log_scale, correlation},
-           to_px(first + stencil.middle)});
-    }
+  for (const cv::Point& at : local_maxima(map, kMinTemplateCorrelation)) {
+    const Eigen::Vector2d first(at.x - picture.margin_x, at.y - picture.margin_y);
+    peaks.push_back(
+        {{to_px(first + stencil.reference), stencil.turn, stencil.log_scale, map.at<float>(at)},
+         to_px(first + stencil.middle)});
   }
 }
 

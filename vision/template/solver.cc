@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vision/fit/minimiser.h"
+#include "vision/fit/residual.h"
 #include "vision/template/noise.h"
 #include <Eigen/Cholesky>
 
@@ -11,15 +13,7 @@ namespace panelcal::internal {
 namespace {
 
 constexpr int kMaxTemplateIterations = 30;
-constexpr double kTemplateCostRounding = 1e-10;
 constexpr double kFinePx = 1e-5;
-
-using TemplateDynamic = Eigen::Matrix<double,
-                                      Eigen::Dynamic,
-                                      Eigen::Dynamic,
-                                      Eigen::ColMajor,
-                                      kTemplateParameters,
-                                      kTemplateParameters>;
 
 struct TemplateEquations {
   TemplateMatrix h = TemplateMatrix::Zero();
@@ -27,10 +21,6 @@ struct TemplateEquations {
   double cost = 0;
   double n_pixels = 0;
 };
-
-double huber_cost(double z, double huber) {
-  return huber > 0 && z > huber ? huber * (2 * z - huber) : z * z;
-}
 
 /// Model from which the residuals are taken.
 enum class Residual { Smooth, Raw };
@@ -52,12 +42,10 @@ TemplateEquations accumulate(const TemplateProblem& problem,
     }
     if (!takes_part(pixel, level, problem.full_scale)) continue;
     const double residual = pixel.value - (kind == Residual::Raw ? value->level : level);
-    double weight = pixel.weight;
-    const double z = std::abs(residual) * std::sqrt(weight);
-    e.cost += huber_cost(z, huber);
-    if (huber > 0 && z > huber) weight *= huber / z;
-    h.rankUpdate(value->smooth_row, weight);
-    e.g += weight * residual * value->smooth_row;
+    const RobustTerm term(residual, pixel.weight, huber);
+    e.cost += term.cost;
+    h.rankUpdate(value->smooth_row, term.weight);
+    e.g += term.weight * residual * value->smooth_row;
     ++e.n_pixels;
   }
   const TemplateVector prior = problem.prior.information();
@@ -97,14 +85,9 @@ TemplateVector common_noise(const TemplateProblem& problem, const TemplateVector
 
 /// The step of parameters `first` to `first + n`, the others held; zero if singular.
 TemplateVector template_step(const TemplateEquations& e, int first, int n, double damping) {
-  TemplateDynamic h = e.h.block(first, first, n, n);
-  for (int i = 0; i < n; ++i) h(i, i) += damping * h(i, i) + 1e-12;
   TemplateVector step = TemplateVector::Zero();
-  const Eigen::LDLT<TemplateDynamic> factor(h.selfadjointView<Eigen::Lower>());
-  if (factor.info() == Eigen::Success && factor.isPositive()) {
-    step.segment(first, n) = factor.solve(e.g.segment(first, n));
-  }
-  if (!step.allFinite()) step.setZero();
+  step.segment(first, n) = damped_solution<kTemplateParameters>(
+      e.h.block(first, first, n, n), e.g.segment(first, n), damping);
   return step;
 }
 
@@ -116,11 +99,40 @@ double template_move(const TemplateProblem& problem,
   return step.head<2>().norm() + reach * (std::abs(step[kTurn]) + std::abs(step[kLogScale]));
 }
 
+/// The smooth template's problem, with some of the parameters free.
+class SmoothProblem {
+ public:
+  using State = TemplateVector;
+  using Equations = TemplateEquations;
+
+  SmoothProblem(const TemplateProblem& problem, int n, double huber, double tolerance_px)
+      : problem_(problem), n_(n), huber_(huber), tolerance_px_(tolerance_px) {}
+
+  TemplateEquations equations_at(const TemplateVector& p) const {
+    return accumulate(problem_, p, huber_, Residual::Smooth);
+  }
+  std::optional<MinimiserStep<TemplateVector>> step(const TemplateVector& p,
+                                                    const TemplateEquations& e,
+                                                    double damping) const {
+    // No step may leave the part of the cost that knows where the minimum is.
+    const double limit = 2.0 * (1 << problem_.window.level);
+    TemplateVector step = template_step(e, 0, n_, damping);
+    const double move = template_move(problem_, p, step);
+    if (move > limit) step.head<kPoseParameters>() *= limit / move;
+    return MinimiserStep<TemplateVector>{p + step, move / tolerance_px_};
+  }
+
+ private:
+  const TemplateProblem& problem_;
+  int n_;
+  double huber_;
+  double tolerance_px_;
+};
+
 }  // namespace
 
 bool takes_part(const TemplatePixel& pixel, double level, double full_scale) {
-  if (pixel.is_excluded) return false;
-  return !(pixel.value >= full_scale && level >= full_scale) && !(pixel.value <= 0 && level <= 0);
+  return !pixel.is_excluded && !is_beyond_scale(pixel.value, level, full_scale);
 }
 
 void solve_levels(const TemplateProblem& problem, TemplateVector& p) {
@@ -134,27 +146,10 @@ void solve_levels(const TemplateProblem& problem, TemplateVector& p) {
 
 bool minimise(
     const TemplateProblem& problem, int n, double huber, double tolerance_px, TemplateVector& p) {
-  // No step may leave the part of the cost that knows where the minimum is.
-  const double limit = 2.0 * (1 << problem.window.level);
-  double damping = 1e-4;
-  TemplateEquations e = accumulate(problem, p, huber, Residual::Smooth);
-  for (int i = 0; i < kMaxTemplateIterations && damping < 1e8; ++i) {
-    TemplateVector step = template_step(e, 0, n, damping);
-    const double move = template_move(problem, p, step);
-    if (move > limit) step.head<kPoseParameters>() *= limit / move;
-    const TemplateVector next = p + step;
-    const TemplateEquations e_next = accumulate(problem, next, huber, Residual::Smooth);
-    const bool is_small = move < tolerance_px;
-    if (e_next.cost <= e.cost * (1 + kTemplateCostRounding)) {
-      p = next;
-      e = e_next;
-      damping = std::max(1e-9, damping * 0.1);
-    } else {
-      damping = std::max(1e-3, damping * 10);
-    }
-    if (is_small) return true;
-  }
-  return false;
+  SmoothProblem smooth(problem, n, huber, tolerance_px);
+  const auto minimum = minimised(smooth, p, {.max_iterations = kMaxTemplateIterations});
+  p = minimum.state;
+  return minimum.converged;
 }
 
 bool solve_with_smooth_rows(const TemplateProblem& problem, TemplateVector& p) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "vision/fit/raster_filter.h"
 #include "vision/fit/spline_image.h"
 
 namespace panelcal::internal {

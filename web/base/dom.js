@@ -36,8 +36,18 @@ export function append(parent, child) {
   } else if (child instanceof Node) {
     parent.append(child);
   } else if (child !== null && child !== undefined && child !== false) {
-    parent.append(String(child));
+    parent.append(visible(String(child)));
   }
+}
+
+/**
+ * Control characters, and those that turn the direction of writing and could make a name look like
+ * another one, as their codes.
+ * @param {string} text
+ */
+function visible(text) {
+  return text.replace(/[\u0000-\u0008\u000b-\u001f\u007f-\u009f\u202a-\u202e\u2066-\u2069]/g,
+    (one) => `\\u${one.charCodeAt(0).toString(16).padStart(4, "0")}`);
 }
 
 /**

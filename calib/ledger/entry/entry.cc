@@ -8,24 +8,20 @@ namespace panelcal {
 namespace {
 
 /// In the order of the enumerators.
-constexpr std::array<std::string_view, 11> kKinds = {"spindle-camera",
-                                                     "camera",
-                                                     "table",
-                                                     "probe",
-                                                     "focus",
-                                                     "surface",
-                                                     "self-test",
-                                                     "night",
-                                                     "light",
-                                                     "settle",
-                                                     "coupon"};
+constexpr std::string_view kKinds[] = {
+#define PANELCAL_KIND(enumerator, word) word,
+#include "calib/ledger/entry/kinds.def"
+};
+constexpr CalibrationWords kCalibrationWords[] = {
+#define PANELCAL_CALIBRATION(enumerator, word, step, at_mark, calibrations) {word, at_mark},
+#include "calib/ledger/entry/kinds.def"
+};
 constexpr std::array<std::string_view, 4> kVerdicts = {
     "measured", "installed", "refused", "rolled-back"};
 
-template <class Enumeration, std::size_t kN>
-std::optional<Enumeration> find(const std::array<std::string_view, kN>& words,
-                                std::string_view word) {
-  for (std::size_t i = 0; i < kN; ++i) {
+template <class Enumeration>
+std::optional<Enumeration> find(std::span<const std::string_view> words, std::string_view word) {
+  for (std::size_t i = 0; i < words.size(); ++i) {
     if (words[i] == word) return static_cast<Enumeration>(i);
   }
   return std::nullopt;
@@ -51,6 +47,10 @@ std::optional<LedgerVerdict> ledger_verdict(std::string_view word) {
 
 std::span<const std::string_view> ledger_kind_words() {
   return kKinds;
+}
+
+std::span<const CalibrationWords> calibration_words() {
+  return kCalibrationWords;
 }
 
 std::optional<std::size_t> LedgerRecord::find(std::string_view name) const {

@@ -14,19 +14,10 @@
 
 namespace panelcal {
 
-/// The subject of an entry of the ledger. Further kinds come at the end; their words never change.
+/// The subject of an entry of the ledger.
 enum class LedgerKind : std::uint8_t {
-  SpindleCamera,
-  Camera,
-  Table,
-  Probe,
-  Focus,
-  Surface,
-  SelfTest,
-  Night,
-  Light,
-  Settle,
-  Coupon  ///< rows that were taken to drill into
+#define PANELCAL_KIND(enumerator, word) enumerator,
+#include "calib/ledger/entry/kinds.def"
 };
 
 /// The verdict on it. Only an installed calibration comes into force; a rolled-back entry puts an
@@ -40,6 +31,13 @@ std::optional<LedgerKind> ledger_kind(std::string_view word);
 std::optional<LedgerVerdict> ledger_verdict(std::string_view word);
 /// All words of kinds, for messages.
 std::span<const std::string_view> ledger_kind_words();
+
+/// A kind of calibration that a night can make (kinds.def).
+struct CalibrationWords {
+  std::string_view word;
+  bool is_at_mark = false;  ///< it needs a mark to look at
+};
+std::span<const CalibrationWords> calibration_words();
 
 /// One calibrated thing: of one machine, one kind, and which of that kind ("spindle 2 station 1",
 /// "zoom 3"). At most one calibration of it is in force.

@@ -170,6 +170,15 @@ std::string camera_provenance(const CameraRun& run) {
   return text;
 }
 
+/// The run's calibration with date and provenance.
+CameraCalibration camera_calibration(const CameraRun& run, const RecordWords& words) {
+  CameraCalibration calibration = run.calibration;
+  calibration.date = words.date;
+  calibration.provenance = camera_provenance(run);
+  calibration.provenance += by_whom(words);
+  return calibration;
+}
+
 }  // namespace
 
 Expected<CameraRun> fit_camera_run(const MachineConfig& config,
@@ -307,14 +316,6 @@ std::string report(const CameraRun& run) {
 LedgerKey camera_key(const MachineConfig& config, const std::optional<double>& zoom) {
   return {
       machine_name(config), LedgerKind::Camera, zoom ? fmt::format("zoom {}", *zoom) : "camera"};
-}
-
-CameraCalibration camera_calibration(const CameraRun& run, const RecordWords& words) {
-  CameraCalibration calibration = run.calibration;
-  calibration.date = words.date;
-  calibration.provenance = camera_provenance(run);
-  calibration.provenance += by_whom(words);
-  return calibration;
 }
 
 Expected<LedgerDraft> camera_draft(const MachineConfig& config,

@@ -86,9 +86,6 @@ std::string report(const CameraRun& run);
 /// "camera", or "zoom 3": the ledger's subject.
 LedgerKey camera_key(const MachineConfig& config, const std::optional<double>& zoom);
 
-/// The run's calibration with date and provenance.
-CameraCalibration camera_calibration(const CameraRun& run, const RecordWords& words);
-
 /// For the ledger: the eight parameters with their covariance, the file as the result, machine.toml
 /// and the pictures as inputs.
 ///

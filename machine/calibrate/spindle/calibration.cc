@@ -31,27 +31,16 @@ Expected<Position<frame::Machine>> come_to(Stage& stage,
   return stage.move_to(place);
 }
 
-Expected<void> check_coupon_travel(const MachineConfig& config,
-                                   const Position<frame::Machine>& place,
-                                   const Coupon& coupon) {
-  if (is_in_travel(config, place)) return {};
-  const Eigen::Vector2d& p_mm = place.in_mm();
-  return failure({Code::TravelExceeded,
-                  coupon.place,
-                  fmt::format("a calibration on coupon {} sends the spindle to ({:.3f}, {:.3f}) mm",
-                              quoted(coupon.name),
-                              p_mm.x(),
-                              p_mm.y()),
-                  "places within [machine] travel"});
-}
-
 /// A place and where the stage comes from.
 Expected<void> check_way(const MachineConfig& config,
                          const Position<frame::Machine>& place,
                          const Approach& approach,
                          const Coupon& coupon) {
-  PANELCAL_CHECK(check_coupon_travel(config, place, coupon));
-  return check_coupon_travel(config, start_of(place, approach, coupon.approach_distance), coupon);
+  const std::string what =
+      fmt::format("a calibration on coupon {} sends the spindle to", quoted(coupon.name));
+  PANELCAL_CHECK(check_travel(config, place, coupon.place, what));
+  return check_travel(
+      config, start_of(place, approach, coupon.approach_distance), coupon.place, what);
 }
 
 /// The coupon's hole as a request that a locator understands; work zero is machine zero.

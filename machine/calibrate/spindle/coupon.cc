@@ -65,13 +65,8 @@ Expected<int> rows_of_file(const Coupon& coupon) {
 }
 
 Expected<std::optional<int>> rows_of_ledger(const Ledger& ledger, const LedgerKey& key) {
-  LedgerFilter filter;
-  filter.machine = key.machine;
-  filter.kind = key.kind;
-  filter.subject = key.subject;
-  filter.last = 1;
   std::optional<int> rows;
-  PANELCAL_TRY(const std::vector<LedgerEntry> newest, ledger.list(filter));
+  PANELCAL_TRY(const std::vector<LedgerEntry> newest, ledger.list(key, 1));
   if (newest.empty()) return rows;
   const LedgerRecord& record = newest.front().record;
   const auto i = record.find(kRowsUsed);

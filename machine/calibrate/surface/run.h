@@ -32,7 +32,7 @@ struct SurfaceRun {
 /// In     surface: complete; made_by: "panelcal 0.1.0"
 /// Fails  calibration-data: too few places were touched, or they make no surface; what the probe
 ///        reports
-/// See    tests/machine/nightly/calibrations/surface_night_test.cc
+/// See    tests/machine/calibrate/kinds/surface_night_test.cc
 Expected<SurfaceRun> probe_surface(const NightSurface& surface,
                                    ProbeSource& probe,
                                    const std::string& made_by);

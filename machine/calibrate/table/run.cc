@@ -168,6 +168,19 @@ std::string_view ledger_unit(int i) {
   return i == TableGeometry::Squareness ? "rad" : "mm";
 }
 
+/// The run's calibration with date and provenance.
+TableCalibration table_calibration(const TableRun& run, const RecordWords& words) {
+  TableCalibration c = run.calibration;
+  c.date = words.date;
+  c.provenance = fmt::format(
+      "{} looks at a plate in {} poses", run.sights.data.seen.size(), run.fit.poses.size());
+  if (run.excess > 1.05) {
+    c.provenance += fmt::format(", sigmas times {:.3g} by their scatter", run.excess);
+  }
+  c.provenance += by_whom(words);
+  return c;
+}
+
 }  // namespace
 
 Expected<TableSights> parse_plate_looks(std::string_view text,
@@ -272,18 +285,6 @@ std::string report(const TableRun& run) {
 
 LedgerKey table_key(const MachineConfig& config) {
   return {machine_name(config), LedgerKind::Table, "table"};
-}
-
-TableCalibration table_calibration(const TableRun& run, const RecordWords& words) {
-  TableCalibration c = run.calibration;
-  c.date = words.date;
-  c.provenance = fmt::format(
-      "{} looks at a plate in {} poses", run.sights.data.seen.size(), run.fit.poses.size());
-  if (run.excess > 1.05) {
-    c.provenance += fmt::format(", sigmas times {:.3g} by their scatter", run.excess);
-  }
-  c.provenance += by_whom(words);
-  return c;
 }
 
 Expected<LedgerDraft> table_draft(const MachineConfig& config,

@@ -80,9 +80,6 @@ std::string report(const TableRun& run);
 
 LedgerKey table_key(const MachineConfig& config);
 
-/// The run's calibration with date and provenance.
-TableCalibration table_calibration(const TableRun& run, const RecordWords& words);
-
 /// For the ledger: the geometry with its covariance, the file as the result, machine.toml and what
 /// was looked at as inputs.
 ///

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <array>
 #include <string>
 #include <string_view>
 #include <utility>
 
+#include "calib/ledger/entry/entry.h"
 #include "machine/config/fields/slots.h"
 #include "machine/config/nightly/surface.h"
 #include "machine/config/sections/sections.h"
@@ -14,8 +14,11 @@
 namespace panelcal::internal {
 namespace {
 
-constexpr std::array<std::string_view, 7> kCalibrations = {
-    "camera", "focus", "light", "settle", "spindle-camera", "surface", "table"};
+/// The kind of calibration with this name; null if there is none.
+const CalibrationWords* calibration_named(std::string_view name) {
+  const auto found = std::ranges::find(calibration_words(), name, &CalibrationWords::word);
+  return found == calibration_words().end() ? nullptr : &*found;
+}
 
 constexpr Range kNights{20, 1e5};
 /// Of all charts together: each of ten is within kNights then.
@@ -27,8 +30,7 @@ constexpr int kMaxHoles = 1'000'000;
 bool put_calibrations(NightlyConfig& config, const FieldValue& value) {
   config.calibrate = value.texts;
   return !value.texts.empty() && std::ranges::all_of(value.texts, [&](const std::string& kind) {
-    return std::ranges::find(kCalibrations, kind) != kCalibrations.end() &&
-           std::ranges::count(value.texts, kind) == 1;
+    return calibration_named(kind) != nullptr && std::ranges::count(value.texts, kind) == 1;
   });
 }
 
@@ -103,9 +105,8 @@ Expected<void> read_night_table(const TomlTable& nightly, NightlyConfig& config)
 
 /// The first of them that needs a mark to look at; empty if none does.
 std::string_view needs_mark(const std::vector<std::string>& calibrate) {
-  const auto found = std::ranges::find_if(calibrate, [](std::string_view kind) {
-    return kind != "spindle-camera" && kind != "table" && kind != "surface";
-  });
+  const auto found = std::ranges::find_if(
+      calibrate, [](std::string_view kind) { return calibration_named(kind)->is_at_mark; });
   return found == calibrate.end() ? std::string_view() : std::string_view(*found);
 }
 

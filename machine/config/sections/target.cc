@@ -49,24 +49,6 @@ Expected<void> require_target_keys(const TomlTable& table, bool has_camera) {
   return table.require(keys);
 }
 
-/// Meaning of a shape's size, for messages.
-std::string_view size_words(Shape shape) {
-  switch (shape) {
-    case Shape::Square:
-    case Shape::Diamond:
-    case Shape::AprilTag:
-      return "the side";
-    case Shape::Cross:
-      return "the bars' length";
-    case Shape::Slot:
-      return "the width between the long edges";
-    case Shape::Template:
-      return "the width of the picture on the panel";
-    default:
-      return "the outer diameter";
-  }
-}
-
 /// A length that only one shape has, in mm or px as the size is.
 struct OwnLength {
   std::string_view key_mm;

@@ -33,19 +33,6 @@ double mark_clipped_share(const Image& image) {
   return static_cast<double>(n) / static_cast<double>(image.pixels().size());
 }
 
-Expected<void> check_mark_travel(const MachineConfig& config,
-                                 const Position<frame::Machine>& place,
-                                 const Place& at) {
-  if (is_in_travel(config, place)) return {};
-  const Eigen::Vector2d& p_mm = place.in_mm();
-  return failure(
-      {Code::TravelExceeded,
-       at,
-       fmt::format(
-           "[nightly] mark_mm sends the spindle to ({:.3f}, {:.3f}) mm", p_mm.x(), p_mm.y()),
-       "a mark that can be seen within [machine] travel"});
-}
-
 }  // namespace
 
 Expected<MarkLooker> MarkLooker::make(const MachineConfig& config,
@@ -57,8 +44,13 @@ Expected<MarkLooker> MarkLooker::make(const MachineConfig& config,
   PANELCAL_TRY(PictureLocator locator, PictureLocator::create(config, std::move(observer)));
   PANELCAL_CHECK(locator.check(mark_request(nightly)));
   const Position<frame::Machine> spindle = config.spindle_camera.spindle_to_see(*nightly.mark);
-  PANELCAL_CHECK(check_mark_travel(config, spindle, nightly.place));
-  PANELCAL_CHECK(check_mark_travel(config, spindle - mark_approach(), nightly.place));
+  for (const Position<frame::Machine>& stop : {spindle, spindle - mark_approach()}) {
+    PANELCAL_CHECK(check_travel(config,
+                                stop,
+                                nightly.place,
+                                "[nightly] mark_mm sends the spindle to",
+                                "a mark that can be seen within [machine] travel"));
+  }
   return MarkLooker(config, nightly, std::move(locator));
 }
 

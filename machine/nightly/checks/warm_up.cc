@@ -162,12 +162,7 @@ SelfTestCheck warm_up_check(const NightWarmUp& seen) {
 }
 
 Expected<std::string> last_warm_up(const Ledger& ledger, const std::string& machine) {
-  LedgerFilter filter;
-  filter.machine = machine;
-  filter.kind = LedgerKind::Night;
-  filter.subject = "night";
-  filter.last = 1;
-  PANELCAL_TRY(const std::vector<LedgerEntry> last, ledger.list(filter));
+  PANELCAL_TRY(const auto last, ledger.list({machine, LedgerKind::Night, "night"}, 1));
   if (last.empty()) return std::string();
   PANELCAL_TRY(const std::string text, ledger.result(last.front().id));
   const auto night = nlohmann::json::parse(text, nullptr, false);

@@ -34,15 +34,6 @@ LedgerKey fresh_start_key(const LedgerKey& key) {
   return {key.machine, LedgerKind::Night, "fresh start: " + what(key)};
 }
 
-Expected<std::vector<LedgerEntry>> newest(const Ledger& ledger, const LedgerKey& key) {
-  LedgerFilter filter;
-  filter.machine = key.machine;
-  filter.kind = key.kind;
-  filter.subject = key.subject;
-  filter.last = kMostNights;
-  return ledger.list(filter);
-}
-
 Expected<std::vector<LedgerEntry>> begun_anew_of_all(const Ledger& ledger) {
   LedgerFilter filter;
   filter.kind = LedgerKind::Night;
@@ -136,7 +127,7 @@ std::chrono::sys_seconds after(std::chrono::sys_seconds time,
 /// Walks through the entries of one calibration in their order.
 class Reader {
  public:
-  Reader(const NightCalibration& calibration,
+  Reader(const Calibration& calibration,
          const std::vector<LedgerEntry>& companions,
          const std::vector<LedgerEntry>& fresh_starts,
          std::chrono::sys_seconds a_week_ago)
@@ -251,7 +242,7 @@ class Reader {
     if (in_force != values_.end()) history_.in_force_values.back() = in_force->second.value;
   }
 
-  const NightCalibration& calibration_;
+  const Calibration& calibration_;
   const std::vector<LedgerEntry>& fresh_starts_;
   std::chrono::sys_seconds a_week_ago_;
   std::map<std::int64_t, const LedgerEntry*> companions_;
@@ -293,15 +284,17 @@ Expected<std::optional<NightHistory::Tonight>> find_tonight(
 }  // namespace
 
 Expected<NightHistory> read_night_history(const Ledger& ledger,
-                                          const NightCalibration& calibration,
+                                          const Calibration& calibration,
                                           const std::string& night,
                                           std::chrono::sys_seconds now) {
   const LedgerKey key = calibration.key();
-  PANELCAL_TRY(const std::vector<LedgerEntry> entries, newest(ledger, key));
-  PANELCAL_TRY(const std::vector<LedgerEntry> companions, newest(ledger, companion_key(key)));
-  PANELCAL_TRY(const std::vector<LedgerEntry> fresh_starts, newest(ledger, fresh_start_key(key)));
+  PANELCAL_TRY(const std::vector<LedgerEntry> entries, ledger.list(key, kMostNights));
+  PANELCAL_TRY(const std::vector<LedgerEntry> companions,
+               ledger.list(companion_key(key), kMostNights));
+  PANELCAL_TRY(const std::vector<LedgerEntry> fresh_starts,
+               ledger.list(fresh_start_key(key), kMostNights));
   PANELCAL_TRY(const std::vector<LedgerEntry> begun,
-               newest(ledger, {key.machine, LedgerKind::Night, std::string(kBegunAnew)}));
+               ledger.list({key.machine, LedgerKind::Night, std::string(kBegunAnew)}, kMostNights));
   Reader reader(calibration, companions, fresh_starts, now - std::chrono::days(7));
   for (const LedgerEntry& entry : entries) reader.add(entry);
   NightHistory history = reader.finish(now);
@@ -324,7 +317,7 @@ void accept_moves_by_hand(NightHistory& history, double limit) {
 
 LedgerDraft companion_draft(const LedgerRecord& calibration,
                             const std::string& night,
-                            const NightMeasurement* measurement,
+                            const CalibrationResult* measurement,
                             int used_up,
                             NightState state,
                             const std::string& summary) {
@@ -373,8 +366,9 @@ Expected<SelfTestHistory> read_self_tests(const Ledger& ledger,
                                           const std::string& machine,
                                           std::chrono::sys_seconds now) {
   const LedgerKey key = self_test_key(machine);
-  PANELCAL_TRY(const std::vector<LedgerEntry> entries, newest(ledger, key));
-  PANELCAL_TRY(const std::vector<LedgerEntry> fresh_starts, newest(ledger, fresh_start_key(key)));
+  PANELCAL_TRY(const std::vector<LedgerEntry> entries, ledger.list(key, kMostNights));
+  PANELCAL_TRY(const std::vector<LedgerEntry> fresh_starts,
+               ledger.list(fresh_start_key(key), kMostNights));
   SelfTestHistory history;
   std::optional<std::chrono::sys_seconds> last;
   std::size_t i_fresh = 0;

@@ -11,7 +11,7 @@
 #include "calib/base/expected.h"
 #include "calib/drift/series.h"
 #include "calib/ledger/ledger.h"
-#include "machine/nightly/record/night_calibration.h"
+#include "machine/calibrate/calibration.h"
 #include "machine/nightly/record/night_record.h"
 
 namespace panelcal {
@@ -58,7 +58,7 @@ struct NightHistory {
     std::string summary;
   };
   std::optional<Tonight> tonight;
-  std::optional<int> used_up;  ///< by the newest recorded night, see NightCalibration::used_up
+  std::optional<int> used_up;  ///< by the newest recorded night, see Calibration::used_up
 };
 
 /// At most this number of the newest entries is looked at: two years, and a filter forgets sooner.
@@ -72,7 +72,7 @@ inline constexpr std::chrono::seconds kMostAhead = std::chrono::hours(1);
 /// Fails  what the ledger reports
 /// See    tests/machine/nightly/record/night_history_test.cc
 Expected<NightHistory> read_night_history(const Ledger& ledger,
-                                          const NightCalibration& calibration,
+                                          const Calibration& calibration,
                                           const std::string& night,
                                           std::chrono::sys_seconds now);
 
@@ -84,7 +84,7 @@ void accept_moves_by_hand(NightHistory& history, double limit);
 /// well it could measure, and what became of it.
 LedgerDraft companion_draft(const LedgerRecord& calibration,
                             const std::string& night,
-                            const NightMeasurement* measurement,
+                            const CalibrationResult* measurement,
                             int used_up,
                             NightState state,
                             const std::string& summary);

@@ -7,7 +7,7 @@
 #include "calib/base/clock.h"
 #include "calib/base/expected.h"
 #include "calib/ledger/ledger.h"
-#include "machine/nightly/record/night_calibration.h"
+#include "machine/calibrate/calibration.h"
 #include "machine/nightly/record/night_files.h"
 
 namespace panelcal {

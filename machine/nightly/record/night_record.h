@@ -15,22 +15,13 @@
 #include "calib/drift/night_gates.h"
 #include "calib/drift/warm_up.h"
 #include "calib/ledger/ledger.h"
+#include "machine/calibrate/calibration.h"
 #include "surface/map/file.h"
 #include <Eigen/Core>
 
 // Actions and results of a night: plain data, everything that a report shows. Maker: nightly.h.
 
 namespace panelcal {
-
-/// One thing that was looked at before the machine was calibrated, or while it was.
-struct SelfTestCheck {
-  std::string name;  ///< "disk", "coupon", "mark contrast", "camera noise", ...
-  bool passed = true;
-  std::string text;             ///< with the number and its limit
-  std::optional<double> value;  ///< in `unit`
-  std::optional<double> limit;
-  std::string unit;  ///< "mm" is shown in um; "MB", "rows", "px", "1"
-};
 
 enum class NightState : std::uint8_t {
   Installed,   ///< tonight's result is in force
@@ -88,13 +79,6 @@ struct NightWarmUp {
   std::optional<WarmUp> fit;  ///< absent if the looks do not tell; values in mm
   bool is_warm = false;
   std::string text;  ///< "warm after 14 min: ...", or why that is not known
-};
-
-/// For the picture of the coupon: a hole and where the drill went astray.
-struct NightHole {
-  Eigen::Vector2d place_mm = Eigen::Vector2d::Zero();  ///< machine
-  Eigen::Vector2d residual_mm = Eigen::Vector2d::Zero();
-  bool is_outlier = false;
 };
 
 /// One calibration of a night.

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -34,7 +35,7 @@ struct FakeMachine {
 };
 
 /// An offset that is drawn instead of drilled: numbers in place of pictures.
-class FakeCalibration final : public NightCalibration {
+class FakeCalibration final : public Calibration {
  public:
   FakeCalibration(std::filesystem::path folder, std::uint64_t seed)
       : folder_(std::move(folder)), random_(seed) {}
@@ -65,12 +66,12 @@ class FakeCalibration final : public NightCalibration {
         *entry.record.covariance};
   }
 
-  Expected<NightMeasurement> measure(const CalibrationDevices& /*devices*/,
-                                     const RecordWords& /*words*/) override {
+  Expected<CalibrationResult> measure(const CalibrationDevices& /*devices*/,
+                                      const RecordWords& /*words*/) override {
     ++n_measured;
     rows_used += 3;
     if (machine.fails) return failure(*machine.fails);
-    NightMeasurement out;
+    CalibrationResult out;
     const Eigen::Vector2d error(random_.normal(), random_.normal());
     const Eigen::Vector2d value = machine.offset + machine.sigma * error;
     const Eigen::Matrix2d cov = machine.sigma * machine.sigma * Eigen::Matrix2d::Identity();
@@ -90,25 +91,12 @@ class FakeCalibration final : public NightCalibration {
     return out;
   }
 
-  Expected<bool> is_installed(const Ledger& ledger) const override {
-    PANELCAL_TRY(const auto in_force, ledger.in_force(key()));
-    if (!in_force) return true;
-    PANELCAL_TRY(const std::string text, ledger.result(in_force->id));
-    const Expected<std::string> there = read_file(file());
-    return there && *there == text;
-  }
   /// Of the fake's files only a damaged one differs from the ledger's, unless a test says more.
   Expected<std::string> by_hand(const Ledger& /*ledger*/) const override { return in_the_file; }
   std::string in_the_file;
-  Expected<bool> install(const Ledger& ledger) override {
-    PANELCAL_TRY(const bool is_there, is_installed(ledger));
-    if (is_there) return false;
-    PANELCAL_TRY(const auto in_force, ledger.in_force(key()));
-    if (!in_force) return false;
-    PANELCAL_TRY(const std::string text, ledger.result(in_force->id));
-    PANELCAL_CHECK(write_file(file(), text));
-    return true;
-  }
+
+ protected:
+  std::string_view thing() const override { return "an offset"; }
 
  private:
   /// A variance as so many degrees of freedom estimate it.
@@ -165,7 +153,7 @@ class NightTest : public ::testing::Test {
   }
 
   Expected<NightRecord> run(const NightJob& job) {
-    NightCalibration* const one = &calibration_;
+    Calibration* const one = &calibration_;
     return run_nightly(job, std::span(&one, 1));
   }
   /// A night that must come to a record.
@@ -188,6 +176,14 @@ class NightTest : public ::testing::Test {
     Expected<Ledger> ledger = Ledger::open(config_.ledger_file, [this] { return now_; });
     if (!ledger) ADD_FAILURE() << ledger.error().text();
     return std::move(ledger).value();
+  }
+  /// Names and contents of the folder's files.
+  std::map<std::string, std::string> all_files() const {
+    std::map<std::string, std::string> files;
+    for (const auto& entry : std::filesystem::directory_iterator(folder_.path())) {
+      files[entry.path().filename().string()] = read_file(entry.path()).value_or("");
+    }
+    return files;
   }
   std::string file() const { return read_file(calibration_.file()).value_or("none"); }
   std::string in_force() const {

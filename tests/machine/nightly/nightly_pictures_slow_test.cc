@@ -8,7 +8,7 @@
 #include <cmath>
 #include <iostream>
 
-#include "machine/calibrate/calibration_record.h"
+#include "machine/calibrate/kinds/spindle_camera.h"
 #include "machine/nightly/record/night_history.h"
 #include <gmock/gmock.h>
 

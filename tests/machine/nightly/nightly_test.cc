@@ -3,7 +3,6 @@
 
 #include <array>
 #include <fstream>
-#include <map>
 
 #include "machine/nightly/record/night_lock.h"
 #include <gmock/gmock.h>
@@ -22,16 +21,7 @@ using testing::IsEmpty;
 
 constexpr int kEnough = 7;  // nights, for a forecast
 
-class NightlyTest : public NightTest {
- protected:
-  std::map<std::string, std::string> all_files() const {
-    std::map<std::string, std::string> files;
-    for (const auto& entry : std::filesystem::directory_iterator(folder_.path())) {
-      files[entry.path().filename().string()] = read_file(entry.path()).value_or("");
-    }
-    return files;
-  }
-};
+class NightlyTest : public NightTest {};
 
 TEST_F(NightlyTest, TheFirstNightInstallsAndSaysThatNobodyCanForetell) {
   const NightRecord record = run();
@@ -173,7 +163,7 @@ TEST_F(NightlyTest, AFailingDeviceIsSaidAndTheSameNightCanBeFinished) {
 TEST_F(NightlyTest, WhatOneStepBreaksTheNextDoesNotBegin) {
   test::FakeCalibration second(folder_.path(), 2);
   calibration_.machine.fails = Diagnostic{Code::DeviceFrame, {}, "no picture", ""};
-  const std::array<NightCalibration*, 2> both = {&calibration_, &second};
+  const std::array<Calibration*, 2> both = {&calibration_, &second};
   const Expected<NightRecord> record = run_nightly(job(), both);
   ASSERT_TRUE(record) << record.error().text();
   EXPECT_EQ(record->steps[1].state, NightState::NotReached);
@@ -482,7 +472,7 @@ TEST_F(NightlyTest, EachMachineOfADamagedLedgerIsHeld) {
     disk << std::string(4096, 'x');
   }
   config_.name = "drill 2";  // its night comes first
-  const auto other = run_nightly(job(), std::span<NightCalibration* const>());
+  const auto other = run_nightly(job(), std::span<Calibration* const>());
   ASSERT_TRUE(other) << other.error().text();
   EXPECT_THAT(other->notes, Contains(HasSubstr("damaged")));
   config_.name = "drill 1";

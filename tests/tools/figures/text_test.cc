@@ -18,14 +18,6 @@ TEST(ReportText, KeepsUtf8AndShowsWhatIsNone) {
   EXPECT_EQ(report::escaped("\xe2\x80\xae"), "\\xe2\\x80\\xae") << "right-to-left override";
 }
 
-TEST(ReportText, EncodesBase64AsInRfc4648) {
-  EXPECT_EQ(report::base64(""), "");
-  EXPECT_EQ(report::base64("f"), "Zg==");
-  EXPECT_EQ(report::base64("fo"), "Zm8=");
-  EXPECT_EQ(report::base64("foo"), "Zm9v");
-  EXPECT_EQ(report::base64("foobar"), "Zm9vYmFy");
-}
-
 TEST(ReportText, WritesNumbersAsPeopleReadThem) {
   EXPECT_EQ(report::grouped(-1234567), "-1,234,567");
   EXPECT_EQ(report::grouped(999), "999");

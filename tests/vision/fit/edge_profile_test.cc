@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "vision/fit/edge_profile.h"
+#include "tests/vision/fit/edge_profile.h"
 
 #include <cmath>
 #include <numbers>

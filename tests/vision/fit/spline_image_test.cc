@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "calib/base/statistics/random.h"
+#include "vision/fit/raster_filter.h"
 #include <gtest/gtest.h>
 
 namespace panelcal::internal {

@@ -14,7 +14,7 @@
 namespace panelcal {
 namespace {
 
-constexpr int kTrials = 400;
+constexpr int kFocusTrials = 400;
 constexpr double kBest_mm = 1.2345;
 constexpr double kDepth_mm = 0.08;
 
@@ -102,7 +102,7 @@ TEST(FocusPeak, SigmaIsTheRealOne) {
   constexpr double kNoise = 3e-5;  // 1 % of the peak
   double sum = 0;
   double sum_of_squares = 0;
-  for (int i = 0; i < kTrials; ++i) {
+  for (int i = 0; i < kFocusTrials; ++i) {
     const auto peak = fit_focus_peak(
         samples(1.1, 1.4, 15, kNoise, Random(7).fork(static_cast<unsigned>(i))), nullptr);
     ASSERT_TRUE(peak) << i;
@@ -110,9 +110,9 @@ TEST(FocusPeak, SigmaIsTheRealOne) {
     sum += error;
     sum_of_squares += error * error;
   }
-  EXPECT_LT(std::abs(sum / kTrials), 4 / std::sqrt(kTrials));
+  EXPECT_LT(std::abs(sum / kFocusTrials), 4 / std::sqrt(kFocusTrials));
   // Errors over sigmas of some ten residuals follow Student's t; its variance is 1.2 to 1.3.
-  EXPECT_NEAR(sum_of_squares / kTrials, 1.25, 0.4);
+  EXPECT_NEAR(sum_of_squares / kFocusTrials, 1.25, 0.4);
 }
 
 TEST(FocusPeak, SaysWhyThereIsNone) {

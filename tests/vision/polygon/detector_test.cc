@@ -73,7 +73,7 @@ TEST(CellDetector, TooLargeATurnIsRejectedWithFigures) {
   target.angle = deg(-7);
   const Detection detection = locate(p.image, target);
   EXPECT_EQ(detection.status, DetectionStatus::Rejected);
-  EXPECT_TRUE(says(detection, "it is turned by +7.0 deg")) << detection.reason;
+  EXPECT_TRUE(says(detection, "it is turned by +7.0")) << detection.reason;
 }
 
 TEST(CellDetector, AnyTurnIsFoundIfItIsAllowed) {

@@ -9,6 +9,7 @@
 #include "vision/round/strangers.h"
 #include <gtest/gtest.h>
 
+#include "tests/vision/round/model/rim_value.h"
 #include "tests/vision/trial.h"
 
 namespace panelcal::internal {

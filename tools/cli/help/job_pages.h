@@ -20,7 +20,8 @@ that do not close, contours without T0, holes in forbidden areas, surfaces that 
 measured, and peck strokes that end too high; every probe is taken to find the surface where it is
 expected. A file without its end (M30 or M00, the tool table) is an error; --accept-unterminated
 takes an Excellon file that stops behind a complete line. Without PROGRAM only the machine file and
-the calibrations it names are checked.
+the calibrations it names are checked. --json writes the findings as one object (docs/formats/facts.md),
+also where there are errors.
 
 An Excellon program that does not state its number format is read as nc_param.txt beside it says, or
 [program] units, zeros and digits of machine.toml, or as its numbers can only be meant: a warning
@@ -101,7 +102,8 @@ Walks through the program twice. The first walk measures every target and fits e
 fit is held against [gates]: residual (100 um), rotation (3 degrees), stretch (2,000 ppm), chi
 square (one false alarm in 1,000 jobs) and mirror hold unless machine.toml says another limit or
 "off", and the verdict names those that are off. Only if all hold does the second walk write the
-corrected program, whole or not at all. The report is written in either case. A program that
+corrected program, whole or not at all. The report is written in either case: one page that needs
+nothing else and shows the facts that --json writes as one object (docs/formats/facts.md). A program that
 measures no target needs no SOURCE, and with one it is refused: it is the wrong program, or its
 targets are lost. --uncorrected writes it as it is.
 

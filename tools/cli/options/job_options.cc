@@ -40,6 +40,7 @@ void add_threads(CLI::App& command, std::size_t& n_threads) {
 void add_check_options(CLI::App& command, CheckOptions& o) {
   command.add_option("PROGRAM", o.program, "Part program; - is standard input");
   command.add_option("-m,--machine", o.machine, "machine.toml");
+  command.add_option("--json", o.json, "Write the findings as JSON; - is standard output");
   add_clock(command, o.clock);
   add_limit(command, o.max_operations);
   add_reading(command, o.reading);
@@ -123,6 +124,7 @@ void add_run_options(CLI::App& command, RunOptions& o) {
   command.add_option(
       "--explain", o.explain, "Explain places: L14 for those of line 14, 500 for the 500th");
   command.add_option("--report", o.report, "Write an HTML report");
+  command.add_option("--json", o.json, "Write the report's facts as JSON; - is standard output");
   command.add_option("--save-measurements",
                      o.save_measurements,
                      "Write the measurements, to replay with --measurements");

@@ -25,6 +25,7 @@ struct CommonOptions {
 struct CheckOptions {
   std::string program;  ///< may be empty: then only the machine file is checked
   std::string machine;  ///< may be empty
+  std::string json;     ///< the findings; "-": standard output; empty: none
   std::string clock;    ///< of texts and of calibrations' age: 2026-11-21T13:45:00; empty: now
   std::int64_t max_operations = kUsualMaxOperations;
   ReadingTerms reading;
@@ -50,6 +51,7 @@ struct RunOptions {
   std::string output;
   std::string format;  ///< empty: from the output's extension
   std::string report;
+  std::string json;  ///< the facts of the report; "-": standard output
   std::string save_measurements;
   std::string save_probes;
   std::string clock;

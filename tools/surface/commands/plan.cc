@@ -10,6 +10,7 @@
 
 #include "calib/advice/convex_hull.h"
 #include "calib/base/files/atomic_file.h"
+#include "calib/base/statistics/median.h"
 #include "surface/map/difference.h"
 #include "surface/map/file.h"
 #include "tools/surface/commands/subcommand.h"
@@ -53,9 +54,7 @@ Expected<void> believe_options(const SurfaceOptions& options, PlannedProbes& out
 Length median_sigma(const std::vector<ProbePoint>& probes) {
   std::vector<double> sigmas_mm;
   for (const ProbePoint& probe : probes) sigmas_mm.push_back(probe.measured.sigma.in_mm());
-  const auto middle = sigmas_mm.begin() + static_cast<std::ptrdiff_t>(sigmas_mm.size() / 2);
-  std::ranges::nth_element(sigmas_mm, middle);
-  return mm(*middle);
+  return mm(median(std::move(sigmas_mm)));
 }
 
 /// Takes the believed bending of the panel from a map.

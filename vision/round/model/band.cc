@@ -9,6 +9,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "vision/fit/gauss_table.h"
 #include "vision/fit/turn.h"
 
 namespace panelcal::internal {
@@ -86,20 +87,6 @@ void RimBand::set_ramp(
   for (int k = 0; k < end; ++k) to[k] = static_cast<float>(start + static_cast<double>(k) * step);
 }
 
-RimPixel RimBand::pixel(std::size_t i) const {
-  RimPixel p;
-  p.at = {at_x[i], at_y[i]};
-  p.jacobian.setIdentity();
-  if (has_jacobian) p.jacobian << j00[i], j01[i], j10[i], j11[i];
-  p.plane = {plane_x[i], plane_y[i]};
-  p.value = value[i];
-  p.weight = weight[i];
-  p.x = x[i];
-  p.y = y[i];
-  p.clipped = clipped[i];
-  return p;
-}
-
 void RimChunk::load(const RimBand& band, std::size_t first, std::size_t n, Work& w) {
   copy_lanes(band.at_x, first, n, w.dx);
   copy_lanes(band.at_y, first, n, w.dy);
@@ -112,7 +99,7 @@ void RimChunk::load(const RimBand& band, std::size_t first, std::size_t n, Work&
   copy_lanes(band.j11, first, n, w.j11);
 }
 
-/// One rim about (dx, dy) = 0: see rim_value() and edge_profile() for what is computed.
+/// One rim about (dx, dy) = 0: by the profile of vision/fit/edge_profile.h.
 void RimChunk::add_rim(const RimVector& p, double radius, bool has_jacobian, Work& w) {
   constexpr float kTinyRadius = 1e-6F;
   constexpr auto kReach = static_cast<float>(kEdgeReach);
@@ -269,7 +256,7 @@ void RimChunk::evaluate(const RimBand& band,
   }
 }
 
-void RimChunk::weigh(const RimBand& band, double huber) {
+void RimChunk::weigh(const RimBand& band) {
   Lanes weight{};
   copy_lanes(band.value, first, n, residual);
   copy_lanes(band.weight, first, n, weight);
@@ -277,14 +264,6 @@ void RimChunk::weigh(const RimBand& band, double huber) {
   for (std::size_t i = 0; i < kSize; ++i) {
     residual[i] = level[i] - residual[i];
     cost[i] = residual[i] * residual[i] * weight[i];
-  }
-  if (huber > 0) {
-    const auto limit = static_cast<float>(huber);
-    for (std::size_t i = 0; i < kSize; ++i) {
-      const float z = std::max(std::sqrt(cost[i]), limit);
-      cost[i] = std::min(cost[i], limit * (2 * z - limit));
-      weight[i] *= limit / z;
-    }
   }
   for (std::size_t i = 0; i < kSize; ++i) root_weight[i] = std::sqrt(weight[i]);
 }

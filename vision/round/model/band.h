@@ -4,7 +4,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <iterator>
 #include <vector>
 
 #include "vision/round/model/model.h"
@@ -12,16 +11,15 @@
 namespace panelcal::internal {
 
 /// The pixels near a rim, an array for each of their numbers: loops over these take four at a time.
-/// Names, frames and units as in RimPixel.
 struct RimBand {
-  bool has_jacobian = false;  ///< else it is the identity, and its arrays are empty
-  std::vector<float> at_x, at_y;
-  std::vector<float> j00, j01, j10, j11;
-  std::vector<float> plane_x, plane_y;
-  std::vector<float> value;
-  std::vector<float> weight;
-  std::vector<std::int16_t> x, y;
-  std::vector<std::int8_t> clipped;
+  bool has_jacobian = false;              ///< else it is the identity, and its arrays are empty
+  std::vector<float> at_x, at_y;          ///< in the fit frame, from the window's origin
+  std::vector<float> j00, j01, j10, j11;  ///< d at / d pixel
+  std::vector<float> plane_x, plane_y;    ///< in window units, from the window's middle
+  std::vector<float> value;               ///< grey level
+  std::vector<float> weight;              ///< 1 / variance of its noise
+  std::vector<std::int16_t> x, y;         ///< in the window
+  std::vector<std::int8_t> clipped;       ///< 1: at full scale, -1: at zero
   bool has_clipped = false;
 
   std::size_t size() const { return value.size(); }
@@ -34,38 +32,19 @@ struct RimBand {
   /// lanes[first + k] = start + k step for k = 0 .. n - 1.
   static void set_ramp(
       std::vector<float>& lanes, std::size_t first, std::size_t n, double start, double step);
-
-  /// One pixel in a piece; i < size().
-  RimPixel pixel(std::size_t i) const;
-
-  /// Goes through the pixels in a piece.
-  class Iterator {
-   public:
-    using difference_type = std::ptrdiff_t;
-    using value_type = RimPixel;
-    using reference = RimPixel;
-    using pointer = void;
-    using iterator_category = std::input_iterator_tag;
-
-    Iterator(const RimBand& band, std::size_t i) : band_(&band), i_(i) {}
-    RimPixel operator*() const { return band_->pixel(i_); }
-    Iterator& operator++() {
-      ++i_;
-      return *this;
-    }
-    friend bool operator==(const Iterator& a, const Iterator& b) { return a.i_ == b.i_; }
-
-   private:
-    const RimBand* band_;
-    std::size_t i_;
-  };
-  Iterator begin() const { return {*this, 0}; }
-  Iterator end() const { return {*this, size()}; }
 };
 
-/// Some pixels of a band and the model's picture of them, as rim_value() has it but in floats.
+/// Some pixels of a band and the picture of a disc or ring in them, as a function of its
+/// parameters.
 ///
-/// Agrees with rim_value() to 5e-6 of the levels.
+///   I = light (level + contrast (E(R) - E(R_inner)) + hole E(R_inner)) + slopes (E(R) -
+///   E(R_inner))
+///
+/// with light = 1 + a linear function, E the edge profile and lengths measured in the fit frame,
+/// then brought to pixels by the frame's local scale across the rim.
+///
+/// In floats; agrees with the same in doubles to 5e-6 of the levels
+/// (tests/vision/round/model/rim_value.h).
 /// See    tests/vision/round/model/band_test.cc
 struct RimChunk {
   static constexpr std::size_t kSize = 64;
@@ -88,9 +67,8 @@ struct RimChunk {
                 const RimVector& p,
                 const RimFreedom& freedom,
                 Want want);
-  /// Compares with what is seen: least squares, or with Huber's weights if huber > 0. Clipped
-  /// pixels are taken like others.
-  void weigh(const RimBand& band, double huber);
+  /// Compares with what is seen, by least squares. Clipped pixels are taken like others.
+  void weigh(const RimBand& band);
 
  private:
   /// Places of the pixels; then one rim's part of the picture.

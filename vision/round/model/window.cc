@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "vision/fit/search_area.h"
+
 namespace panelcal::internal {
 namespace {
 
@@ -49,13 +51,12 @@ RimWindow::RimWindow(const Image& image,
       unit_px_(std::max(1.0, start[kRadius])) {
   const Eigen::Vector2d& u = patch_.center_px();
   const double half = outer_ * (1 + kBoxSlack) + 1;
-  const auto clamped = [](double v, int end) {
-    return static_cast<int>(std::clamp(v, 0.0, static_cast<double>(end)));
-  };
-  x0_ = clamped(std::floor(u.x() - half), image.width());
-  y0_ = clamped(std::floor(u.y() - half), image.height());
-  width_ = clamped(std::ceil(u.x() + half) + 1, image.width()) - x0_;
-  height_ = clamped(std::ceil(u.y() + half) + 1, image.height()) - y0_;
+  const Eigen::Vector2d reach = Eigen::Vector2d::Constant(half);
+  const PixelBox box = pixels_between(u - reach, u + reach, image);
+  x0_ = box.x0;
+  y0_ = box.y0;
+  width_ = box.width;
+  height_ = box.height;
   middle_ = u - Eigen::Vector2d(x0_, y0_);
   reference_ = static_cast<float>(start[kLevel]);
   may_be_clipped_ = false;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "calib/base/statistics/distributions.h"
+#include "calib/base/statistics/median.h"
 #include "vision/round/profile/rim_arc.h"
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -130,15 +132,10 @@ void take_off(const Use& off, int reach, Use& use) {
 /// Sigma of normal numbers over the root mean square of the smallest `kept` of them.
 double widening(std::size_t kept, std::size_t all) {
   const double share = static_cast<double>(kept) / static_cast<double>(all);
-  // The limit z below which this share of magnitudes is, by bisection.
-  double low = 0;
-  double high = 6;
-  for (int i = 0; i < 40; ++i) {
-    const double z = 0.5 * (low + high);
-    (std::erf(z / std::numbers::sqrt2) < share ? low : high) = z;
-  }
-  const double density = std::exp(-0.5 * low * low) / std::sqrt(2 * std::numbers::pi);
-  return 1 / std::sqrt(1 - 2 * low * density / share);
+  // The limit below which this share of magnitudes is.
+  const double z = normal_of_exceedance(0.5 * (1 - share));
+  const double density = std::exp(-0.5 * z * z) / std::sqrt(2 * std::numbers::pi);
+  return 1 / std::sqrt(1 - 2 * z * density / share);
 }
 
 /// The circle whose `n_kept` nearest usable sectors leave the least squares.
@@ -202,9 +199,7 @@ WholeCircle fit_whole(const SectorWaves& waves,
     for (std::size_t k = 0; k < usable.size(); ++k) {
       if (usable[k] != 0) magnitudes.push_back(std::abs(left[static_cast<Eigen::Index>(k)]));
     }
-    const auto middle = magnitudes.begin() + static_cast<std::ptrdiff_t>(magnitudes.size() / 2);
-    std::nth_element(magnitudes.begin(), middle, magnitudes.end());
-    whole.scale_px = std::max(floor_px, 1.4826 * *middle);
+    whole.scale_px = std::max(floor_px, kSigmasPerMedian * median(std::move(magnitudes)));
     for (std::size_t k = 0; k < usable.size(); ++k) {
       whole.use[k] = usable[k] != 0 &&
                      std::abs(left[static_cast<Eigen::Index>(k)]) < kOffWhole * whole.scale_px;

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <vector>
 
+#include "vision/fit/regression.h"
 #include "vision/round/profile/rim_blur.h"
 #include "vision/round/profile/rim_circle.h"
 #include "vision/round/profile/rim_shape.h"
@@ -439,30 +440,22 @@ class RimMeasurement {
   /// The correlation over the sectors that are used.
   void add_likeness(RimProfile& profile) const {
     const RimStrip& strip = pass_.strip;
-    double n = 0, m = 0, v = 0, mm = 0, mv = 0, vv = 0, white = 0;
+    Regression sums;
+    double white = 0;
     for (Eigen::Index j = 0; j < strip.n_rings(); ++j) {
       const double model = pass_.step.level(strip.at_px(j));
       for (Eigen::Index i = 0; i < strip.n_sectors(); ++i) {
         if (!pass_.circle.use[static_cast<std::size_t>(i)]) continue;
         const auto seen = static_cast<double>(strip.mean(j, i));
         const auto next = static_cast<double>(strip.mean(j, (i + 2) % strip.n_sectors()));
-        ++n;
-        m += model;
-        v += seen;
-        mm += model * model;
-        mv += model * seen;
-        vv += seen * seen;
+        sums.add(model, seen);
         white += 0.5 * (seen - next) * (seen - next);
       }
     }
-    if (n < 2) return;
-    const double var_m = mm - m * m / n;
-    const double var_v = vv - v * v / n;
-    const double var_left = std::max(var_v - white, 0.25 * var_v);
-    profile.noise = std::sqrt(white / n * strip.mass.mean());
-    if (var_m > 0 && var_left > 0) {
-      profile.correlation = std::clamp((mv - m * v / n) / std::sqrt(var_m * var_left), 0.0, 1.0);
-    }
+    if (sums.n < 2) return;
+    white /= sums.n;
+    profile.noise = std::sqrt(white * strip.mass.mean());
+    profile.correlation = sums.correlation(white);
   }
 
   static constexpr double kCellVariance = 1.0 / 6;  ///< of sharing pixels out linearly

@@ -6,13 +6,14 @@
 #include <cmath>
 #include <complex>
 
+#include "calib/base/statistics/median.h"
 #include "vision/round/profile/sector_turns.h"
 #include <Eigen/Cholesky>
 
 namespace panelcal::internal {
 namespace {
 
-constexpr double kFarOff = 3.5 * 1.4826;  // of the median magnitude
+constexpr double kFarOff = 3.5 * kSigmasPerMedian;  // of the median magnitude
 
 /// Rings nearer to the rim than this many sigmas are part of the step.
 constexpr double kStepReach = 2.7;
@@ -130,9 +131,8 @@ Eigen::ArrayXXf tamed_cells(const RimStrip& strip,
         magnitudes.push_back(std::abs(left(j, i)));
     }
     if (magnitudes.empty()) continue;
-    const auto middle = magnitudes.begin() + static_cast<std::ptrdiff_t>(magnitudes.size() / 2);
-    std::nth_element(magnitudes.begin(), middle, magnitudes.end());
-    const float limit = std::max(0.5F, static_cast<float>(kFarOff) * *middle);
+    const auto middle = static_cast<float>(median(std::move(magnitudes)));
+    const float limit = std::max(0.5F, static_cast<float>(kFarOff) * middle);
     for (Eigen::Index j = 0; j < left.rows(); ++j) {
       if (is_here(j)) tamed.row(j) = left.row(j).max(-limit).min(limit);
     }

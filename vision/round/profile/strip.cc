@@ -6,6 +6,8 @@
 #include <numbers>
 #include <optional>
 
+#include "calib/base/statistics/median.h"
+
 namespace panelcal::internal {
 namespace {
 
@@ -166,9 +168,7 @@ Eigen::ArrayXd ring_medians(const RimStrip& strip, const std::vector<char>& use)
     for (Eigen::Index i = 0; i < strip.n_sectors(); ++i) {
       if (use.empty() || use[static_cast<std::size_t>(i)] != 0) values.push_back(strip.mean(j, i));
     }
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    medians[j] = static_cast<double>(*middle);
+    medians[j] = median(std::move(values));
   }
   return medians;
 }

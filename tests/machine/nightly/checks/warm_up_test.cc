@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "machine/nightly/calibrations/night_calibrations.h"
+#include "machine/calibrate/kinds/kinds.h"
 #include "machine/sim/sim_coupon.h"
 #include <fmt/format.h>
 #include <gmock/gmock.h>

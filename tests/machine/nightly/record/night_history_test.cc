@@ -27,7 +27,7 @@ class NightHistoryTest : public test::NightTest {
 
   void night(double x_mm, LedgerVerdict verdict, int used_up = 0) {
     Ledger ledger = this->ledger();
-    NightMeasurement measurement;
+    CalibrationResult measurement;
     measurement.spreads = {{"holes", "mm", 9e-6, 16}};
     measurement.levels = {{"contrast", "1", 0.5, true}, {"blur", "px", 1.1, false}};
     const LedgerDraft one = draft(x_mm, verdict);

@@ -10,6 +10,7 @@
 #include "vision/fit/frame.h"
 #include <gtest/gtest.h>
 
+#include "tests/vision/round/model/rim_value.h"
 #include "tests/vision/trial.h"
 
 namespace panelcal::internal {

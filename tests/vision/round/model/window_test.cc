@@ -10,6 +10,8 @@
 #include "calib/base/statistics/random.h"
 #include <gtest/gtest.h>
 
+#include "tests/vision/round/model/rim_value.h"
+
 namespace panelcal::internal {
 namespace {
 
@@ -183,7 +185,7 @@ TEST(RimWindow, BandPixelsAreThePictureAndTheFrame) {
   window.collect(p, kReach, 1);
   int n_clipped = 0;
   ASSERT_GT(window.band().size(), 500U);
-  for (const RimPixel& pixel : window.band()) {
+  for (const RimPixel& pixel : pixels_of(window.band())) {
     const Eigen::Vector2d u(window.x0() + pixel.x, window.y0() + pixel.y);
     constexpr double kFloat = 1e-5;
     ASSERT_LT((pixel.at.cast<double>() - frame.from_image(u)).norm(), kFloat);
@@ -249,10 +251,9 @@ TEST(RimWindow, AClippedZoneIsTakenPixelByPixel) {
   window.collect(p, kReach, 1);
   EXPECT_EQ(window.flat()[static_cast<std::size_t>(RimZone::Target)].n, 0);
   EXPECT_GT(window.flat()[static_cast<std::size_t>(RimZone::Outside)].n, 1000);
-  const bool has_middle =
-      std::any_of(window.band().begin(), window.band().end(), [&](const RimPixel& pixel) {
-        return window.x0() + pixel.x == 62 && window.y0() + pixel.y == 58;
-      });
+  const bool has_middle = std::ranges::any_of(pixels_of(window.band()), [&](const RimPixel& pixel) {
+    return window.x0() + pixel.x == 62 && window.y0() + pixel.y == 58;
+  });
   EXPECT_TRUE(has_middle);
 }
 
@@ -264,7 +265,7 @@ TEST(RimWindow, StrideTakesSomeRowsOfTheBandAndAllOfTheZones) {
   window.collect(p, kReach, 1);
   const auto all = window.flat();
   std::size_t n_even = 0;
-  for (const RimPixel& pixel : window.band()) n_even += pixel.y % 2 == 0;
+  for (const RimPixel& pixel : pixels_of(window.band())) n_even += pixel.y % 2 == 0;
   window.collect(p, kReach, 2);
   EXPECT_EQ(window.band().size(), n_even);
   for (std::size_t i = 0; i < kRimZones; ++i) EXPECT_EQ(window.flat()[i].n, all[i].n);

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "calib/base/expected.h"
+#include "calib/ledger/ledger.h"
+#include "machine/calibrate/calibration.h"
+#include "machine/config/machine_config.h"
+#include "machine/nightly/record/night_lock.h"
+#include "tools/cli/commands.h"
+#include <nlohmann/json.hpp>
+
+// The commands `panelcal calibrate KIND`: a night of one kind, by hand.
+namespace panelcal::calibrate {
+
+/// The text for standard output, and whether the result may be used.
+struct Answer {
+  std::string text;
+  ExitCode code = ExitCode::Done;
+};
+
+Expected<Answer> spindle_camera(const CalibrateOptions& options, CommandContext& context);
+Expected<Answer> camera(const CalibrateOptions& options, CommandContext& context);
+Expected<Answer> table(const CalibrateOptions& options, CommandContext& context);
+Expected<Answer> surface(const CalibrateOptions& options, CommandContext& context);
+Expected<Answer> focus(const CalibrateOptions& options, CommandContext& context);
+Expected<Answer> light(const CalibrateOptions& options, CommandContext& context);
+Expected<Answer> settle(const CalibrateOptions& options, CommandContext& context);
+
+Diagnostic usage(std::string what,
+                 std::string expected,
+                 std::string_view command = "panelcal calibrate");
+
+/// One call, whatever is calibrated: who asks and when, the machine, its lock, the ledger that
+/// --install records in, and what became of the result.
+class Session {
+ public:
+  /// Fails  usage (--clock); what reading machine.toml reports
+  static Expected<Session> begin(const CalibrateOptions& options);
+
+  const std::shared_ptr<MachineConfig>& config() const { return config_; }
+  RecordWords& words() { return words_; }
+
+  /// Checks that --install can write the file that [`section`] names.
+  ///
+  /// Fails  usage (--output as well); config-value
+  Expected<void> check_install(std::string_view section, const std::filesystem::path& file) const;
+
+  /// Keeps other runs away from the machine from now on, before its devices are opened, if it
+  /// `drives` or records. A machine without a ledger has no nightly run.
+  ///
+  /// Fails  config-value (no [ledger] file to install into); ledger-busy; device-write
+  Expected<void> lock(bool drives);
+  /// Opens the ledger of --install, before anything is measured.
+  ///
+  /// Fails  what the ledger reports
+  Expected<void> open_ledger();
+  /// Null without --install.
+  const Ledger* ledger() const { return ledger_ ? &*ledger_ : nullptr; }
+
+  /// Writes a calibration to --output, or records it with its verdict and installs it from the
+  /// ledger; --force overrules what is refused.
+  ///
+  /// In     refusal: what speaks against it; empty: nothing
+  Expected<void> finish(LedgerDraft draft, const Calibration& kind, const std::string& refusal);
+
+  /// What finish() refused it for; empty: it was not.
+  const std::string& refusal() const { return refusal_; }
+  const std::optional<std::int64_t>& entry() const { return entry_; }
+
+  /// The result in a line.
+  std::string verdict_line() const;
+  /// The same, of JSON: "refusal" and "ledger".
+  void put_verdict(nlohmann::ordered_json& json) const;
+
+  Answer answer(std::string text) const;
+  Answer answer(const nlohmann::ordered_json& json) const;
+
+ private:
+  explicit Session(const CalibrateOptions& options) : options_(options) {}
+
+  const CalibrateOptions& options_;
+  RecordWords words_;
+  std::shared_ptr<MachineConfig> config_;
+  std::optional<NightLock> lock_;
+  std::optional<Ledger> ledger_;
+  std::string refusal_;
+  std::optional<std::int64_t> entry_;
+};
+
+}  // namespace panelcal::calibrate

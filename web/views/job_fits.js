@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: Apache-2.0
+// The fits of a job: in words and numbers, with gates, models, causes and what targets would hide.
+import { chip, element, meter, table } from "../base/dom.js";
+import { word, wordOf } from "../base/words.js";
+import { fixed, place, probability, shortest, withSigma } from "../base/format.js";
+import { arrowPlan } from "../figures/arrows.js";
+import { seriesName, targetLink } from "./job_targets.js";
+
+/** More accepted board fits than this are folded into one line. */
+const maxLooseFits = 12;
+
+/** @param {any} gate */
+export function gateRatio(gate) {
+  if (gate.value === 0 && gate.limit >= 0) return 0;
+  const ratio = gate.value === null || gate.limit === null ? Infinity : gate.value / gate.limit;
+  return ratio >= 0 ? ratio : Infinity;
+}
+
+/** @param {any} gate */
+function gateUnit(gate) {
+  return gate.unit === "um" ? "\u00b5m" : gate.unit;
+}
+
+/** @param {any} gate */
+export function gateLimit(gate) {
+  return `${shortest(gate.limit)}\u00a0${gateUnit(gate)}`;
+}
+
+/**
+ * The value in as many decimals as tell a refused one from its limit.
+ * @param {any} gate
+ */
+export function gateValue(gate) {
+  let decimals = gate.unit === "mm" || gate.unit === "mrad" ? 3 : gate.unit === "um" ? 2 : 1;
+  while (!gate.is_accepted && decimals < 12 && fixed(gate.value, decimals) === fixed(gate.limit, decimals)) decimals++;
+  return `${fixed(gate.value, decimals)}\u00a0${gateUnit(gate)}`;
+}
+
+/**
+ * The gate with the largest ratio over all series; a refused one goes before any accepted one.
+ * @param {any[]} series
+ * @param {(gate: any) => boolean} isWanted
+ */
+export function worstGate(series, isWanted) {
+  /** @type {{gate: any, series: any} | null} */
+  let worst = null;
+  for (const one of series) {
+    for (const gate of one.gates.filter(isWanted)) {
+      const isWorse = worst === null || (worst.gate.is_accepted && !gate.is_accepted) ||
+        (worst.gate.is_accepted === gate.is_accepted && gateRatio(gate) > gateRatio(worst.gate));
+      if (isWorse) worst = { gate, series: one };
+    }
+  }
+  return worst;
+}
+
+/** @param {any} chiSquare */
+function chiSquareText(chiSquare) {
+  const p = chiSquare.p === null ? "" : chiSquare.p < 0.001 ? " (p < 0.001)" : ` (p = ${fixed(chiSquare.p, 3)})`;
+  return word("chi_square_text", {
+    value: fixed(chiSquare.value, 2), n: chiSquare.degrees_of_freedom, means: wordOf("chi_square", chiSquare.means) + p,
+  });
+}
+
+/** @param {string} text */
+function capitalized(text) {
+  return text.charAt(0).toUpperCase() + text.slice(1);
+}
+
+/**
+ * "Panel rotated by 2.0131 +/- 0.0004 mrad counter-clockwise, ..."
+ * @param {any} one a series with a fit
+ */
+function fitSentence(one) {
+  const { fit } = one;
+  const subject = word(one.level === "panel" ? "series_panel" : "series_board");
+  const scaled = (/** @type {any} */ v, /** @type {number} */ k, /** @type {string} */ unit, signed = true) =>
+    withSigma(v.value === null ? null : k * v.value, v.sigma === null ? null : k * v.sigma, unit, signed);
+  const isSmall = Math.hypot(fit.shift_x_mm.value, fit.shift_y_mm.value) < 1;
+  const [k, unit] = isSmall ? [1e3, "\u00b5m"] : [1, "mm"];
+  const shifted = word("fit_shifted", { x: scaled(fit.shift_x_mm, k, unit), y: scaled(fit.shift_y_mm, k, unit) });
+  if (one.model === "offset") return `${subject} ${shifted}.`;
+  const turn = { value: Math.abs(fit.rotation_rad.value), sigma: fit.rotation_rad.sigma };
+  const parts = [word(fit.rotation_rad.value < 0 ? "fit_rotated_clockwise" : "fit_rotated",
+    { angle: scaled(turn, 1e3, "mrad", false) })];
+  const x = scaled(fit.stretch_x_ppm, 1, "ppm");
+  if (one.model === "similarity") parts.push(word("fit_stretched_both", { x }));
+  else if (one.model !== "rigid") parts.push(word("fit_stretched", { x, y: scaled(fit.stretch_y_ppm, 1, "ppm") }));
+  if (one.model === "affine" || one.model === "smooth") {
+    parts.push(word("fit_sheared", { shear: scaled(fit.shear_ppm, 1, "ppm") }));
+  }
+  if (fit.is_mirrored) parts.push(word("fit_mirrored"));
+  return `${subject} ${parts.join(", ")}, ${word("fit_at_centre", { shifted })}.`;
+}
+
+/** @param {any} one */
+function gatesTable(one) {
+  const limits = element("p", { class: "quiet" }, `${word("gates")}: `, element("span", { lang: "en" }, one.limits), ".");
+  if (one.gates.length === 0) return limits;
+  return [table([{ title: word("gate") }, { title: word("value"), number: true }, { title: word("limit"), number: true },
+    { title: "" }, { title: "" }],
+  one.gates.map((/** @type {any} */ gate) => {
+    const kind = gate.is_accepted ? "good" : "refused";
+    return [[wordOf("gate", gate.gate), gate.target !== null && [" ", targetLink(gate.target)]], gateValue(gate),
+      gateLimit(gate), meter(gateRatio(gate), kind), chip(kind, word(gate.is_accepted ? "pass" : "fail"))];
+  })), limits];
+}
+
+/** @param {any} one */
+function modelsTable(one) {
+  if (one.models.length < 2) return null;
+  const least = Math.min(...one.models.map((/** @type {any} */ model) => model.criterion));
+  const marks = (/** @type {any} */ model) => [
+    model.is_in_force && [chip("good", word("model_in_force")), " "],
+    model.is_chosen && !model.is_in_force && [chip("suspect", word("model_favoured")), " "],
+    !model.is_eligible && element("span", { class: "quiet" }, word("model_unchecked")),
+  ];
+  const chosen = one.models.find((/** @type {any} */ model) => model.is_chosen);
+  const smooth = one.models.find((/** @type {any} */ model) => model.name === "smooth");
+  return element("details", { open: chosen && !chosen.is_in_force },
+    element("summary", {}, word("models_compared")),
+    table([{ title: word("model") }, { title: word("parameters"), number: true },
+      { title: word("chi_square"), number: true }, { title: word("criterion"), number: true },
+      { title: word("left_out_rms"), number: true }, { title: "" }],
+    one.models.map((/** @type {any} */ model) => [wordOf("model", model.name),
+      fixed(model.parameters, model.name === "smooth" ? 1 : 0), fixed(model.chi_square, 2),
+      fixed(model.criterion - least, 2, { signed: true }), fixed(model.left_out_um, 2), marks(model)])),
+    element("p", { class: "quiet text" }, word("criterion_note")),
+    chosen && !chosen.is_in_force && element("p", { class: "text" },
+      word("model_advice", { chosen: wordOf("model", chosen.name), taken: wordOf("model", one.model) })),
+    one.lacks_smooth_model && chosen && smooth && element("p", { class: "text" },
+      word("smooth_advice", { smooth: fixed(smooth.left_out_um, 2), best: fixed(chosen.left_out_um, 2) })));
+}
+
+/** @param {any} one */
+function causesTable(one) {
+  const { fault } = one;
+  const leftOut = one.left_out.map((/** @type {number} */ seq) =>
+    element("p", {}, element("b", {}, word("left_out_of_fit")), " ", targetLink(seq)));
+  if (!fault) return leftOut;
+  const chance = (/** @type {number} */ p) => p > 0.999 ? "> 0.999" : p < 0.001 ? "< 0.001" : fixed(p, 3);
+  const test = fault.degrees_of_freedom <= 0 ? word("fault_unchecked")
+    : word("fault_test", { p: fault.p < 1e-4 ? "< 0.0001" : fixed(fault.p, 4) });
+  return [leftOut, element("p", { class: "text" }, test,
+    fault.false_alarm > 0 && ` ${word("fault_alarm", { p: probability(fault.false_alarm) })}`,
+    !fault.weighs_taken_pads && ` ${word("fault_pads")}`,
+    ` ${word(fault.is_named ? "fault_named" : fault.is_outlier_certain ? "fault_outlier" : "fault_open")}`),
+  table([{ title: word("cause") }, { title: word("evidence") }, { title: word("probability"), number: true }],
+    fault.causes.map((/** @type {any} */ cause) => [
+      [wordOf("cause", cause.cause), cause.target !== null && [" ", targetLink(cause.target)]],
+      element("span", { lang: "en" }, cause.text), chance(cause.probability)]), "prose"),
+  element("p", { class: "quiet" }, word("causes_note"))];
+}
+
+/**
+ * What an error of one target would do unseen: the leverage of each.
+ * @param {any} one
+ */
+function leverageTable(one) {
+  const known = one.reliability;
+  if (!known || known.unseen.length === 0) return null;
+  return element("details", {}, element("summary", {}, word("leverage")),
+    table([{ title: word("target") }, { title: word("unseen_error"), number: true }],
+      known.unseen.map((/** @type {any} */ row) => [row.target === null ? "" : targetLink(row.target),
+        row.is_unlimited ? word("unlimited") : `${fixed(Math.hypot(row.error_um[0], row.error_um[1]), 1)}\u00a0\u00b5m`])),
+    element("p", { class: "quiet text" }, word(known.can_be_stated ? "leverage_note" : "leverage_weak")));
+}
+
+/** @param {any} one */
+function covarianceTable(one) {
+  const names = ["l00", "l01", "l10", "l11", "tx", "ty"];
+  const { map } = one.fit;
+  const number = (/** @type {number | null} */ value) => value === null ? "\u2013" : value.toExponential(3);
+  const values = [...map.linear[0], ...map.linear[1], ...map.translation_mm];
+  return element("details", {}, element("summary", {}, word("covariance")),
+    table([{ title: "" }, { title: word("value"), number: true }, ...names.map((title) => ({ title, number: true }))],
+      names.map((name, i) => [name, values[i] === null ? "\u2013" : values[i].toFixed(9), ...map.covariance[i].map(number)]),
+      "mono"),
+    element("p", { class: "quiet text" }, word("covariance_note")));
+}
+
+/**
+ * @param {any} one
+ * @param {any[]} targets
+ */
+function residualsPlan(one, targets) {
+  const known = targets.filter((target) => one.points.includes(target.seq) && target.residual_um);
+  if (known.length < 2) return null;
+  return arrowPlan(known.map((target) => ({
+    x: target.nominal_mm[0], y: target.nominal_mm[1], dx_um: target.residual_um[0], dy_um: target.residual_um[1],
+    label: `#${target.seq}`, isBad: target.state !== "good", covariance_um2: target.measured?.covariance_um2,
+  })), "arrow", word("residuals_caption"));
+}
+
+/**
+ * @param {any} one
+ * @param {any} facts
+ * @param {boolean} isOpen
+ */
+function seriesBlock(one, facts, isOpen) {
+  const missing = facts.targets.filter((/** @type {any} */ t) => one.targets.includes(t.seq) && t.status !== "found");
+  const words = one.fit ? fitSentence(one)
+    : missing.length > 0 ? [`${word("no_fit_missing")} `, missing.map((/** @type {any} */ t) => [targetLink(t.seq), " "])]
+      : word("no_fit");
+  const details = element("details", { class: "fit", open: isOpen || !one.is_accepted },
+    element("summary", {}, chip(one.is_accepted ? "good" : "refused", word(one.is_accepted ? "pass" : "fail")), " ",
+      element("b", {}, seriesName(one)), " ", words));
+  const fill = () => {
+    if (!details.open || details.childElementCount > 1) return;
+    const text = one.fit && element("p", { class: "text" },
+      word("fit_text", { n: one.points.length, model: wordOf("model", one.model) }), " ", capitalized(chiSquareText(one.fit.chi_square)),
+      one.fit.misfit_ratio !== 1 && one.fit.misfit_ratio !== null &&
+        ` ${word("fit_grown", { ratio: fixed(one.fit.misfit_ratio, 1) })}`,
+      ` ${word("fit_centre")} ${place(one.fit.centroid_mm)}.`,
+      one.fit.layer_spread_um !== null && ` ${word("fit_layers", { um: fixed(one.fit.layer_spread_um, 2) })}`);
+    const assignment = one.assignment && element("p", { class: "text" },
+      element("b", {}, word(one.assignment.is_certain ? "chosen_jointly" : "not_separable")), " ",
+      word("candidates_that_count", { list: one.assignment.n_candidates.join(", ") }), " ",
+      element("span", { lang: "en" }, one.assignment.text), ".");
+    details.append(element("div", { class: "columns" }, element("div", {}, text, one.fit && gatesTable(one), assignment),
+      residualsPlan(one, facts.targets) ?? ""), ...[modelsTable(one), causesTable(one), leverageTable(one),
+      one.fit && covarianceTable(one)].flat(3).filter(Boolean));
+  };
+  details.addEventListener("toggle", fill);
+  fill();
+  return details;
+}
+
+/**
+ * Fits of many boards, as ranges.
+ * @param {any[]} boards
+ */
+function boardRanges(boards) {
+  const range = (/** @type {(fit: any) => number | null} */ of, /** @type {number} */ decimals) => {
+    const values = boards.map((one) => of(one.fit) ?? 0);
+    return word("range", { low: fixed(Math.min(...values), decimals, { signed: true }),
+      high: fixed(Math.max(...values), decimals, { signed: true }) });
+  };
+  const shifts = word("boards_shifted", { x: range((fit) => 1e3 * fit.shift_x_mm.value, 1),
+    y: range((fit) => 1e3 * fit.shift_y_mm.value, 1) });
+  const turns = boards.every((one) => one.model === "offset") ? ""
+    : `, ${word("boards_rotated", { mrad: range((fit) => 1e3 * fit.rotation_rad.value, 3) })}`;
+  return `${shifts}${turns}.`;
+}
+
+/**
+ * @param {any} facts
+ * @returns {import("../base/dom.js").Child[]}
+ */
+export function fitBlocks(facts) {
+  const { series } = facts;
+  if (series.length === 0) return [element("p", { class: "quiet" }, word("nothing_fitted"))];
+  const refused = series.filter((/** @type {any} */ one) => !one.is_accepted);
+  const panels = series.filter((/** @type {any} */ one) => one.is_accepted && one.level === "panel");
+  const boards = series.filter((/** @type {any} */ one) => one.is_accepted && one.level !== "panel");
+  const boardBlocks = boards.map((/** @type {any} */ one) => seriesBlock(one, facts, false));
+  return [
+    facts.all_series && series.length > 1 && element("p", {}, `${word("all_fits")} `, chiSquareText(facts.all_series)),
+    boards.some((/** @type {any} */ one) => one.is_on_panel_fit) && element("p", {}, word("boards_on_panel")),
+    refused.map((/** @type {any} */ one) => seriesBlock(one, facts, true)),
+    panels.map((/** @type {any} */ one) => seriesBlock(one, facts, series.length <= maxLooseFits)),
+    boards.length > maxLooseFits
+      ? element("details", { class: "fit" }, element("summary", {}, chip("good", word("pass")), " ",
+        element("b", {}, word("n_board_fits", { n: boards.length })), " ", boardRanges(boards)), boardBlocks)
+      : boardBlocks,
+  ];
+}
