@@ -7,10 +7,6 @@ set(PANELCAL_WEB_MODULES
     base/colours.js
     base/columns.js
     base/leverage.js
-    figures/pointed.js
-    figures/chart.js
-    figures/nights.js
-    figures/panel_arrows.js
     figures/plane.js
     figures/field.js
     figures/leverage_map.js
@@ -21,6 +17,10 @@ set(PANELCAL_WEB_MODULES
     figures/target_picture.js
     figures/arrows.js
     figures/job_charts.js
+    figures/pointed.js
+    figures/chart.js
+    figures/nights.js
+    figures/panel_arrows.js
     views/job_targets.js
     views/job_fits.js
     views/job.js

@@ -30,7 +30,7 @@ KEPT = ("facts", "time", "now", "until", "started", "finished", "drill_until", "
 
 
 def panelcal(*words, codes=(0,)):
-    done = subprocess.run([PANELCAL, "-q", *words], capture_output=True, text=True, timeout=120)
+    done = subprocess.run([PANELCAL, "-q", *map(str, words)], capture_output=True, text=True, timeout=120)
     assert done.returncode in codes, (words, done.returncode, done.stderr)
 
 
@@ -72,6 +72,13 @@ class Pages(unittest.TestCase):
         panelcal("history", "plot", *key, "--parameter", "offset_x", "--report", "back.html")
         panelcal("history", "diff", "1", "2", *ledger, "--program", "job/job.exc", "-m", "job/machine.toml",
                  "--report", "diff.html")
+        maps = [(FIXTURES / name / "map.json").read_text() for name in ("plane-tilted", "plane-tilted-20-um-higher")]
+        golden_ledger.make("surfaces.ledger", [
+            (golden_ledger.offset(0, 0, f"2026-11-{19 + i}T02:00:00Z", subject="table", kind="surface", covariance=[[1e-6]],
+                                  parameters=[{"name": "offset", "value": 1.6, "unit": "mm"}])[0], text)
+            for i, text in enumerate(maps)]).close()
+        panelcal("history", "diff", "1", "2", "-l", "surfaces.ledger", "--report", "surfaces.html")
+        panelcal("surface", "fit", ROOT / "tests/tools/surface/plane.jsonl", "-o", "map.json", "--report", "map.html")
         cls.browser = browser.Browser()
 
     @classmethod
@@ -84,7 +91,7 @@ class Pages(unittest.TestCase):
         return browser.with_facts(self.page, {**self.facts, **changes}, "changed.html")
 
     def test_facts_keep_to_their_schemas(self):
-        for page in (self.page, "list.html", "show.html", "plot.html", "diff.html"):
+        for page in (self.page, "list.html", "show.html", "plot.html", "diff.html", "surfaces.html"):
             checked(in_page(page), ROOT)
 
     def test_says_first_whether_to_drill(self):
@@ -161,6 +168,19 @@ class Pages(unittest.TestCase):
         self.assertEqual([self.browser.count(f"#warm-up svg .{one}") for one in ("filled", "hollow", "step", "event")],
                          [10, 10, 2, 1])
         self.assertEqual(self.browser.point_at("#warm-up circle.filled")[0], "after 0.0 min")
+
+    def test_a_probed_surface_is_drawn(self):
+        facts = copy.deepcopy(self.facts)
+        facts["steps"][0].update(kind="surface", subject="table", surface=in_page("map.html"))
+        self.browser.open(browser.with_facts(self.page, checked(facts, ROOT), "changed.html"))
+        self.assertIn("The surface tonight", self.browser.texts("#step-1 h3"))
+        # Heights, sigmas, residuals.
+        self.assertEqual(self.browser.count("#step-1 canvas"), 3)
+        self.assertEqual(self.browser.cut_off(), [])
+        self.browser.open("surfaces.html")
+        # 20 um higher, as the fixture's name says.
+        self.assertTrue(any("+20.0" in text for text in self.browser.texts(".tile")), self.browser.texts(".tile"))
+        self.assertEqual(self.browser.count("#difference canvas"), 1)
 
     def test_ledgers_entries_stand_over_time(self):
         self.browser.open("list.html")

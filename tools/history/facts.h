@@ -14,7 +14,7 @@
 // Parts of the document of facts "history" (share/schema/history.schema.json).
 namespace panelcal::history {
 
-/// What a command has found out: for people, and as a part of the document.
+/// The result of a command: for people, and as a part of the document.
 struct Answer {
   std::string text;
   facts::Json part;

@@ -63,7 +63,7 @@ export function arrowPlan(places, kind, caption) {
  * @param {number} du
  * @param {number} dv
  */
-function arrowPath(u, v, du, dv) {
+export function arrowPath(u, v, du, dv) {
   const length = Math.hypot(du, dv);
   if (!(length > 0.1)) return "";
   const head = Math.min(6, 0.4 * length) / length;

@@ -2,7 +2,8 @@
 // A chart of values over time, or over minutes, that says each point where one points at it.
 import { element, svg } from "../base/dom.js";
 import { fixed } from "../base/format.js";
-import { decimalsOf, niceAbove, pointedFigure } from "./pointed.js";
+import { roundStep } from "./plane.js";
+import { decimalsOf, pointedFigure } from "./pointed.js";
 
 /**
  * A value, shown as `mark`; `lines` say it in words. Points that do not count, and crosses where there
@@ -116,7 +117,7 @@ function drawChart(content, width) {
  * @param {(name: string, at: number) => Element} across
  */
 function valueTicks(range, y, across) {
-  const step = niceAbove((range.high - range.low) / 4);
+  const step = roundStep((range.high - range.low) / 4);
   const rows = [];
   for (let k = Math.ceil(range.low / step); k * step <= range.high; k += 1) {
     rows.push(across("gridline", k * step), svg("text", { class: "end", x: plainEdge.left - 6, y: y(k * step) + 4 },
@@ -144,7 +145,7 @@ function stepPath(steps, x, y) {
  * @param {number} bottom
  */
 function numberTicks(range, x, bottom) {
-  const step = niceAbove((range.high - range.low) / 5);
+  const step = roundStep((range.high - range.low) / 5);
   const ticks = [];
   for (let k = Math.ceil(range.low / step); k * step <= range.high; k += 1) {
     ticks.push(svg("text", { class: "middle", x: x(k * step), y: bottom + 16 },

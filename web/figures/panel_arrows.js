@@ -3,7 +3,9 @@
 import { svg } from "../base/dom.js";
 import { fixed, shortest } from "../base/format.js";
 import { word } from "../base/words.js";
-import { decimalsOf, niceAbove, pointedFigure } from "./pointed.js";
+import { arrowPath } from "./arrows.js";
+import { roundStep } from "./plane.js";
+import { decimalsOf, pointedFigure } from "./pointed.js";
 
 /**
  * Places in mm, x right and y up; `kind` is a class of the style sheet, or empty.
@@ -15,17 +17,6 @@ import { decimalsOf, niceAbove, pointedFigure } from "./pointed.js";
 const arrowEdge = { left: 50, right: 14, top: 12, bottom: 62 };
 /** The longest arrow as a part of the shorter side. */
 const longestShare = 0.12;
-
-/** The tip of an arrow, and its shaft.
- * @param {number} x @param {number} y @param {number} dx @param {number} dy */
-function panelArrowPath(x, y, dx, dy) {
-  const length = Math.hypot(dx, dy);
-  if (!(length > 0.5)) return "";
-  const head = Math.min(6, 0.5 * length) / length;
-  const [bx, by] = [x + dx * (1 - head), y + dy * (1 - head)];
-  const [nx, ny] = [-dy * head * 0.45, dx * head * 0.45];
-  return `M${x} ${y}L${x + dx} ${y + dy}M${bx + nx} ${by + ny}L${x + dx} ${y + dy}L${bx - nx} ${by - ny}`;
-}
 
 /** What is shown: low and high corner in mm, with a margin.
  * @param {ArrowContent} content */
@@ -53,10 +44,10 @@ function drawPanelArrows(content, width) {
 
   const longest = Math.max(0, ...content.places.map((one) => Math.hypot(...one.vector_mm)));
   const most = longestShare * Math.min(...plot) / (scale * longest);
-  const magnification = longest > 0 && most > 1 ? niceAbove(most) / (niceAbove(most) > most ? 2 : 1) : 1;
-  const reference = longest > 0 ? niceAbove(0.6 * longest) : 0;
+  const magnification = longest > 0 && most > 1 ? roundStep(most) / (roundStep(most) > most ? 2 : 1) : 1;
+  const reference = longest > 0 ? roundStep(0.6 * longest) : 0;
 
-  const step = niceAbove(Math.max(high[0] - low[0], high[1] - low[1]) / 6);
+  const step = roundStep(Math.max(high[0] - low[0], high[1] - low[1]) / 6);
   const ticks = [];
   for (let k = Math.ceil(low[0] / step); k * step <= high[0]; k += 1) {
     ticks.push(svg("path", { class: "gridline", d: `M${x(k * step)} ${arrowEdge.top}V${bottom}` }),
@@ -78,9 +69,9 @@ function drawPanelArrows(content, width) {
   drawn.map((at) => svg("circle", { class: "place", cx: at.x, cy: at.y, r: 1.8 })),
   (content.crosses_mm ?? []).map((at) => svg("path", { class: "target", d: `M${x(at[0]) - 6} ${y(at[1])}h12m-6 -6v12` })),
   drawn.map((at) => svg("path", { class: `arrow ${at.one.kind ?? ""}`,
-    d: panelArrowPath(at.x, at.y, scale * magnification * at.one.vector_mm[0], -scale * magnification * at.one.vector_mm[1]) })),
+    d: arrowPath(at.x, at.y, scale * magnification * at.one.vector_mm[0], -scale * magnification * at.one.vector_mm[1]) })),
   reference > 0 && [
-    svg("path", { class: "arrow", d: panelArrowPath(arrowEdge.left, bottom + 48, scale * magnification * reference, 0) }),
+    svg("path", { class: "arrow", d: arrowPath(arrowEdge.left, bottom + 48, scale * magnification * reference, 0) }),
     svg("text", { x: arrowEdge.left + scale * magnification * reference + 8, y: bottom + 52 },
       word("arrows_scale", { length: shortest(1e3 * reference), times: shortest(magnification) }))]);
   return { picture, drawn };

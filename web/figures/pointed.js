@@ -5,14 +5,6 @@ import { element, svg } from "../base/dom.js";
 /** A picture at some width, with the places (px of its own) that can be pointed at.
  * @typedef {{picture: SVGSVGElement, drawn: {x: number, y: number, lines: string[]}[]}} Drawn */
 
-/** The least of 1, 2, 5 times a power of ten that is not below `rough`.
- * @param {number} rough */
-export function niceAbove(rough) {
-  const power = 10 ** Math.floor(Math.log10(rough));
-  const factor = [1, 2, 5].find((one) => one * power >= rough * (1 - 1e-9)) ?? 10;
-  return factor * power;
-}
-
 /** @param {number} step */
 export function decimalsOf(step) {
   return Math.min(9, Math.max(0, Math.ceil(-Math.log10(step) - 1e-9)));

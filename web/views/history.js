@@ -8,13 +8,13 @@ import { nightsChart, nightsLegend } from "../figures/nights.js";
 import { panelArrows } from "../figures/panel_arrows.js";
 import { differencePage } from "./surface.js";
 
-const verdictKinds = { installed: "good", refused: "refused", "rolled-back": "suspect" };
+const ledgerKinds = { installed: "good", refused: "refused", "rolled-back": "suspect" };
 /** @type {Record<string, "filled" | "hollow" | "cross">} */
-const verdictMarks = { installed: "filled", "rolled-back": "filled", refused: "cross" };
+const ledgerMarks = { installed: "filled", "rolled-back": "filled", refused: "cross" };
 
 /** @param {any} entry */
 function verdictChips(entry) {
-  const kind = verdictKinds[/** @type {keyof typeof verdictKinds} */ (entry.verdict)] ?? "plain";
+  const kind = ledgerKinds[/** @type {keyof typeof ledgerKinds} */ (entry.verdict)] ?? "plain";
   return [chip(kind, wordOf("history_verdict", entry.verdict)),
     entry.in_force ? [" ", chip("good", word("history_in_force"))] : null];
 }
@@ -56,7 +56,7 @@ function entryLines(entry) {
  * @param {Map<string, any[]>} groups */
 function timeline(groups) {
   const points = [...groups.values()].flatMap((entries, lane) => entries.map((entry) => ({
-    x: secondsOf(entry.time), y: lane, mark: verdictMarks[entry.verdict] ?? "hollow", ring: entry.in_force,
+    x: secondsOf(entry.time), y: lane, mark: ledgerMarks[entry.verdict] ?? "hollow", ring: entry.in_force,
     lines: entryLines(entry) })));
   return [chart({ label: word("history_timeline"), yTitle: "", points, lanes: [...groups.keys()] }),
     chartLegend([["filled", word("history_verdict_installed")], ["cross", word("history_verdict_refused")],
@@ -76,7 +76,7 @@ function parameterCharts(title, entries, names) {
   const charts = names.map((name) => {
     const found = rows.filter(({ entry }) => parameterOf(entry, name) || entry.verdict === "rolled-back").map((row) => {
       const { value, sigma } = parameterOf(row.entry, name) ?? { value: null, sigma: null };
-      return { time: row.entry.time, value, sigma, mark: verdictMarks[row.entry.verdict] ?? "hollow",
+      return { time: row.entry.time, value, sigma, mark: ledgerMarks[row.entry.verdict] ?? "hollow",
         state: wordOf("history_verdict", row.entry.verdict), who: row.entry.asked_by, entry: row.entry.id,
         inForce: row.inForce && parameterOf(row.inForce, name)?.value };
     });
@@ -85,7 +85,7 @@ function parameterCharts(title, entries, names) {
   }).filter(Boolean);
   return charts.length
     ? [element("div", { class: "figures" }, charts), nightsLegend([...entries.map((entry) =>
-      verdictMarks[entry.verdict] ?? "hollow"), inForce ? "step" : ""])] : null;
+      ledgerMarks[entry.verdict] ?? "hollow"), inForce ? "step" : ""])] : null;
 }
 
 /** Names of the parameters that two entries or more have.

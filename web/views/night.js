@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page of the morning: may the machine drill, what has moved, and every calibration of the night.
 import { chip, element, section, table, tile } from "../base/dom.js";
-import { absolute, amount, fixed, place, whole } from "../base/format.js";
+import { absolute, amount, fixed, millimetres, place, whole } from "../base/format.js";
 import { word, wordOf } from "../base/words.js";
 import { panelArrows } from "../figures/panel_arrows.js";
 import { chart, secondsOf, timeText } from "../figures/chart.js";
@@ -172,7 +172,8 @@ function surfaceFigures(surface) {
   const heights = fieldOf(zone.field, zone.field.height_mm), sigmas = fieldOf(zone.field, zone.field.sigma_um);
   const all = { zone, facts: surface, heights, sigmas };
   return [element("h3", {}, word("night_surface_tonight")), element("div", { class: "figures" },
-    zoneFigure({ ...all, isHeights: true }), zoneFigure({ ...all, isHeights: false }), residualFigure(zone))];
+    zoneFigure({ ...all, isHeights: true }), zoneFigure({ ...all, isHeights: false }), residualFigure(zone)),
+  element("p", { class: "quiet text" }, word("surface_map_text", { mm: millimetres(zone.max_extrapolation_mm, 1) }))];
 }
 
 /** @param {any} step */
