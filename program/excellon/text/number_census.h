@@ -73,7 +73,8 @@ struct NumberPlace {
   int line = 0;
   int column = 0;
 
-  operator Mark() const { return {line, column, quoted(text)}; }  // NOLINT(google-explicit-constructor)
+  // NOLINTNEXTLINE(google-explicit-constructor): words are their own mark
+  operator Mark() const { return {line, column, quoted(text)}; }
 };
 
 /// The numbers of a program that lengths of a job are known of.
