@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "program/excellon/interpreter/interpreter.h"
+#include "program/excellon/interpreter/parts.h"
 #include "program/excellon/patterns/stored_patterns.h"
 #include "program/excellon/text/header.h"
 #include "program/excellon/text/header_reader.h"
@@ -75,11 +75,10 @@ class ExcellonDialect final : public ProgramDialect {
                                   Survey& survey,
                                   const WalkEnds& ends) const override {
     if (header_of(program).is_refused) return std::nullopt;
-    Interpreter interpreter(
-        program, options, survey, ends.measurements, ends.sink, ends.log, ends.trial);
-    if (ends.asks_until) interpreter.end_at(*ends.asks_until);
-    interpreter.run();
-    return interpreter.asked_until();
+    Walk walk(program, options, survey, ends);
+    if (ends.asks_until) walk.end_at(*ends.asks_until);
+    run(walk);
+    return walk.asked_until;
   }
 };
 

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "program/text/gaps.h"
-#include <fmt/format.h>
 
 namespace panelcal::gcode {
 namespace {

@@ -2,7 +2,6 @@
 #include "program/gcode/leveller.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <utility>
 #include <vector>

@@ -7,7 +7,6 @@
 
 #include "program/gcode/block.h"
 #include "program/gcode/motion.h"
-#include <Eigen/Core>
 
 namespace panelcal::gcode {
 

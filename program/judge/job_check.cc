@@ -4,10 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <string>
-#include <string_view>
 
-#include "program/excellon/text/tools.h"
 #include "program/geometry/arc_shape.h"
+#include "program/model/tool_links.h"
 #include <fmt/format.h>
 
 namespace panelcal {

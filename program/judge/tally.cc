@@ -2,7 +2,6 @@
 #include "program/judge/tally.h"
 
 #include <algorithm>
-#include <cmath>
 #include <set>
 
 #include "program/geometry/arc_shape.h"

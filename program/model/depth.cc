@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/model/depth.h"
 
+#include <array>
 #include <cstddef>
 
 #include "surface/map/height_map.h"
@@ -33,43 +34,18 @@ DepthOfCut interpolate(const DepthOfCut& from, const DepthOfCut& to, double frac
 }
 
 std::string_view name(DepthControl control) {
-  switch (control) {
-    case DepthControl::Standard:
-      return "standard";
-    case DepthControl::Depth:
-      return "depth";
-    case DepthControl::Slm:
-      return "slm";
-  }
-  return {};
+  constexpr std::array<std::string_view, 3> kNames = {"standard", "depth", "slm"};
+  return kNames[static_cast<std::size_t>(control)];
 }
 
 std::string_view name(DepthReference reference) {
-  switch (reference) {
-    case DepthReference::Table:
-      return "table";
-    case DepthReference::Board:
-      return "board";
-    case DepthReference::Plane:
-      return "plane";
-    case DepthReference::Grid:
-      return "grid";
-  }
-  return {};
+  constexpr std::array<std::string_view, 4> kNames = {"table", "board", "plane", "grid"};
+  return kNames[static_cast<std::size_t>(reference)];
 }
 
 std::string_view name(HeightSource source) {
-  switch (source) {
-    case HeightSource::Measured:
-      return "measured";
-    case HeightSource::Filled:
-      return "filled";
-    case HeightSource::Extrapolated:
-      return "extrapolated";
-    case HeightSource::InVoid:
-      return "void";
-  }
-  return {};
+  constexpr std::array<std::string_view, 4> kNames = {"measured", "filled", "extrapolated", "void"};
+  return kNames[static_cast<std::size_t>(source)];
 }
 
 }  // namespace panelcal

@@ -38,6 +38,22 @@ struct Tool {
   friend bool operator==(const Tool&, const Tool&) = default;
 };
 
+/// Calls visit(datum, other's datum) for each number that a program may state of a tool.
+template <class AnyTool, class Visit>
+void for_each_datum(AnyTool& tool, const Tool& other, Visit visit) {
+  visit(tool.diameter, other.diameter);
+  visit(tool.infeed, other.infeed);
+  visit(tool.retract, other.retract);
+  visit(tool.speed, other.speed);
+  visit(tool.max_hits, other.max_hits);
+  visit(tool.depth_offset, other.depth_offset);
+  visit(tool.dwell, other.dwell);
+}
+/// Data that the tool lacks, as the other one has them.
+void fill_missing(Tool& tool, const Tool& other);
+/// The two state a datum differently.
+bool contradict(const Tool& tool, const Tool& other);
+
 /// A point of the tool's way in the frames that outputs need.
 struct PlacedPoint {
   Position<frame::Nominal> nominal;   ///< after placement, before any correction

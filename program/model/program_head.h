@@ -34,6 +34,9 @@ struct ProgramHead {
   virtual bool declares_digits() const { return true; }
   /// Reading of numbers: "inch 2.4, leading zeros kept".
   virtual std::string number_summary() const { return {}; }
+  /// "Excellon, metric 3.3, trailing zeros kept (line 9: METRIC,TZ)": the language, how numbers are
+  /// read, and why.
+  virtual std::string reading() const { return {}; }
 };
 
 }  // namespace panelcal

@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "program/sieb_meyer/interpreter/interpreter.h"
+#include "program/sieb_meyer/interpreter/parts.h"
 #include "program/sieb_meyer/sections/subprograms.h"
 #include "program/sieb_meyer/text/cnc_commands.h"
 #include "program/sieb_meyer/text/file_layout.h"
@@ -151,7 +151,8 @@ class SiebMeyerDialect final : public ProgramDialect {
                                   const WalkOptions& options,
                                   Survey& survey,
                                   const WalkEnds& ends) const override {
-    Interpreter(program, options, survey, ends).run();
+    Walk walk(program, options, survey, ends);
+    run(walk);
     return std::nullopt;
   }
 };

@@ -15,4 +15,11 @@ struct Word {
   std::string text() const { return letter + std::string(number); }
 };
 
+/// Characters that begin no word of their language.
+struct LexFault {
+  int column = 0;
+  std::string_view text;
+  std::string_view expected;
+};
+
 }  // namespace panelcal

@@ -4,7 +4,9 @@
 #include <cstddef>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
+#include <utility>
 
 #include "calib/base/diagnostic.h"
 #include "program/model/measurement.h"
@@ -12,6 +14,7 @@
 #include "program/walk/options.h"
 #include "program/walk/probing.h"
 #include "program/walk/program.h"
+#include "program/walk/reporter.h"
 #include "program/walk/survey.h"
 #include "program/walk/trial_execution.h"
 
@@ -28,6 +31,15 @@ struct WalkEnds {
   /// The byte of the program behind which a measuring walk asks for nothing, as a check has found
   /// it; absent: not known.
   std::optional<std::size_t> asks_until = std::nullopt;
+
+  /// Of the program's own file. A walk that executes alone repeats no warnings.
+  Reporter reporter(std::string file) const {
+    const bool is_second = sink != nullptr && trial == nullptr;
+    return {std::move(file),
+            log,
+            is_second ? Reporter::Level::ErrorsOnly : Reporter::Level::All,
+            trial == nullptr ? nullptr : &trial->working_log};
+  }
 };
 
 /// A language of part programs, as loading and walking know it. A further language is a room with

@@ -8,8 +8,10 @@
 #include <utility>
 
 #include "calib/base/diagnostic.h"
+#include "program/text/mark.h"
 #include "program/text/number_format.h"
 #include "program/text/source_text.h"
+#include "program/text/word.h"
 
 namespace panelcal {
 
@@ -32,6 +34,23 @@ class Reporter {
 
   void report(Code code, int line, int column, std::string what, std::string expected = "") const {
     add({code, {file_, line, column}, std::move(what), std::move(expected)}, level_, *log_);
+  }
+
+  /// The same of words of the program.
+  void report(Code code, const Mark& mark, std::string expected = "") const {
+    report(code, mark.line, mark.column, mark.what, std::move(expected));
+  }
+  /// The same, with `about` behind what the words are.
+  void report(Code code, const Mark& mark, const std::string& about, std::string expected) const {
+    report(code, mark.line, mark.column, mark.what + about, std::move(expected));
+  }
+  /// The same of what begins where a line does.
+  void report(Code code, int line, std::string what, std::string expected = "") const {
+    report(code, line, 1, std::move(what), std::move(expected));
+  }
+  /// Reports a line that is no block.
+  void report_syntax(int line, const LexFault& fault) const {
+    report(Code::BlockSyntax, line, fault.column, quoted(fault.text), std::string(fault.expected));
   }
 
   /// The same for an error that only a working walk finds.

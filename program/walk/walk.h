@@ -2,13 +2,7 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
-#include <functional>
-#include <map>
-#include <memory>
 #include <optional>
-#include <string>
-#include <vector>
 
 #include "calib/base/diagnostic.h"
 #include "calib/base/machine_uncertainty.h"

@@ -6,282 +6,80 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <optional>
 #include <span>
 #include <string_view>
 
-#include "program/model/setting_lengths.h"
-#include "program/writers/words.h"
+#include "program/writers/description.h"
 #include <fmt/format.h>
 
 namespace panelcal {
 namespace {
 
-/// In the order of kHeader. The two columns of a point follow each other.
-enum Column : std::size_t {
-  kOp,
-  kLine,
-  kPath,
-  kTool,
-  kNominal,
-  kActual = kNominal + 2,
-  kSigma = kActual + 2,
-  kDiameter = kSigma + 2,
-  kFeed,
-  kSpeed,
-  kText,
-  kKind,
-  kCenter,
-  kRetract = kCenter + 2,
-  kMaxHits,
-  kDepthOffset,
-  kCompensationIndex,
-  kSide,
-  kValue,
-  kNominalEnd,
-  kActualEnd = kNominalEnd + 2,
-  kSigmaEnd = kActualEnd + 2,
-  kInitialDepth = kSigmaEnd + 2,
-  kIncrement,
-  kTime,
-  kNextTool,
-  kLong,
-  kZeroSet,
-  kWorkZero = kZeroSet + 2,
-  kFile = kWorkZero + 2,
-  kZ,
-  kDepth,
-  kSurface,
-  kRisk,
-  kRiskEnd,
-  kSurfaceSigma,
-  kSurfaceSource,
-  kRiskShallow,
-  kRiskDeep,
-  kReference,
-  kControl,
-  kLowerLimit,
-  kUpperLimit,
-  kUnit,
-  kColumns,  ///< number of columns
-};
+constexpr std::size_t kColumns = kNumberOfOperationColumns;
+constexpr std::size_t kSigma = Field("sigma").column;
+constexpr std::size_t kRisk = Field("risk").column;
 
-constexpr std::string_view kHeader =
-    "op,line,path,tool,nominal_x,nominal_y,actual_x,actual_y,sigma_x,sigma_y,diameter,feed,speed,"
-    "text,kind,center_x,center_y,retract,max_hits,depth_offset,compensation_index,side,value,"
-    "nominal_end_x,nominal_end_y,actual_end_x,actual_end_y,sigma_end_x,sigma_end_y,initial_depth,"
-    "increment,time,next_tool,long,zero_set_x,zero_set_y,work_zero_x,work_zero_y,file,z,"
-    "depth,surface,risk,risk_end,surface_sigma,surface_source,risk_shallow,risk_deep,"
-    "reference,control,lower_limit,upper_limit,unit\n";
-static_assert(std::ranges::count(kHeader, ',') == kColumns - 1);
-
-/// Writes one row from left to right; columns that are passed over stay empty.
+/// Takes the fields of one row in any order, and writes them by columns; others are empty.
 class Row {
  public:
-  explicit Row(std::string& out) : out_(out) {}
-
-  /// Text to which the field is appended. Precondition: no column left of the last one.
-  std::string& at(Column column) {
-    out_.append(column - at_, ',');
-    at_ = column;
-    return out_;
-  }
-  void number(Column column, int n) {
+  void number(Field field, int n) {
+    begin(field.column);
     const fmt::format_int digits(n);
-    at(column).append(digits.data(), digits.size());
+    text_.append(digits.data(), digits.size());
+    end(field.column);
   }
-  void value(Column column, double v) { append_fixed(at(column), v, kMmDecimals); }
-  void length(Column column, Length v) { value(column, v.in_mm()); }
-  void point(Column column, const Eigen::Vector2d& p) {
-    value(column, p.x());
-    value(static_cast<Column>(column + 1), p.y());
+  void value(Field field, double v) { put(field.column, v); }
+  void length(Field field, Length v) { put(field.column, v.in_mm()); }
+  void point(Field field, const Eigen::Vector2d& p) {
+    put(field.column, p.x());
+    put(field.column + 1, p.y());
   }
-  void word(Column column, std::string_view v) { at(column) += v; }
-  void risk(Column column, std::optional<double> v) {
-    if (v) append_risk(at(column), *v);
+  void risk(Field field, double v) {
+    begin(field.column);
+    append_risk(text_, v);
+    end(field.column);
+  }
+  void flag(Field field) { word(field, "true"); }
+  void word(Field field, std::string_view v) {
+    begin(field.column);
+    text_ += v;
+    end(field.column);
   }
   /// Quotes a field where it needs quotes. An apostrophe before what a spreadsheet would take for
   /// a formula makes it a text there.
-  void text(Column column, std::string_view v) {
+  void text(Field field, std::string_view v) {
     constexpr std::string_view kBeginFormulas = "=+-@\t\r";
-    std::string& out = at(column);
     const bool is_formula = !v.empty() && kBeginFormulas.find(v.front()) != v.npos;
-    if (!is_formula && v.find_first_of(",\"\r\n") == v.npos) {
-      out += v;
-      return;
-    }
-    out += '"';
-    if (is_formula) out += '\'';
+    if (!is_formula && v.find_first_of(",\"\r\n") == v.npos) return word(field, v);
+    begin(field.column);
+    text_ += is_formula ? "\"'" : "\"";
     for (const char c : v) {
-      if (c == '"') out += '"';
-      out += c;
+      if (c == '"') text_ += '"';
+      text_ += c;
     }
-    out += '"';
+    text_ += '"';
+    end(field.column);
+  }
+  void append_to(std::string& out) const {
+    for (std::size_t column = 0; column < kColumns; ++column) {
+      if (column > 0) out += ',';
+      out.append(text_, begins_[column], ends_[column] - begins_[column]);
+    }
+    out += '\n';
   }
 
  private:
-  std::string& out_;
-  std::size_t at_ = kOp;
-};
-
-/// Fills all columns but the first three and `file`.
-class Fields {
- public:
-  explicit Fields(Row& row) : row_(row) {}
-
-  void operator()(const Drill& drill) {
-    row_.number(kTool, drill.tool);
-    place(drill);
-    risk_ = drill.risk;
-    cut_ = &drill.cut;
-  }
-  void operator()(const ToolChange& change) {
-    const Tool& tool = change.tool;
-    row_.number(kTool, tool.number);
-    if (tool.diameter) row_.length(kDiameter, *tool.diameter);
-    if (tool.infeed) row_.value(kFeed, tool.infeed->in_mm_s());
-    if (tool.speed) row_.value(kSpeed, tool.speed->in_rpm());
-    if (tool.retract) row_.value(kRetract, tool.retract->in_mm_s());
-    if (tool.max_hits) row_.number(kMaxHits, *tool.max_hits);
-    if (tool.depth_offset) row_.length(kDepthOffset, *tool.depth_offset);
-    if (change.compensation_index) row_.number(kCompensationIndex, *change.compensation_index);
-  }
-  void operator()(const RapidMove& move) { place(move); }
-  void operator()(const Rout& rout) {
-    row_.number(kTool, rout.tool);
-    place(rout);
-    risk_ = rout.risk;
-    row_.value(kFeed, rout.feed.in_mm_s());
-    row_.word(kKind, name(rout.kind));
-    if (rout.kind != RoutKind::Line) row_.point(kCenter, rout.center.in_mm());
-    cut_ = &rout.cut;
-  }
-  void operator()(const Plunge& plunge) {
-    row_.number(kTool, plunge.tool);
-    row_.word(kKind, word(plunge.kind));
-    if (plunge.depth_offset) row_.length(kDepthOffset, *plunge.depth_offset);
-    cut_ = &plunge.cut;
-  }
-  void operator()(const Retract& retract) { row_.word(kKind, word(retract)); }
-  void operator()(const Compensation& compensation) {
-    row_.word(kSide, word(compensation.side));
-    if (compensation.value) row_.length(kValue, *compensation.value);
-  }
-  void operator()(const Slot& slot) {
-    start(slot.tool, slot.start);
-    end(slot.end);
-    cut_ = &slot.cut;
-  }
-  void operator()(const StepSlot& slot) {
-    start(slot.tool, slot.start);
-    row_.value(kFeed, slot.feed.in_mm_s());
-    end(slot.end);
-    row_.length(kInitialDepth, slot.initial_depth);
-    row_.length(kIncrement, slot.increment);
-  }
-  void operator()(const ToolRate& rate) {
-    row_.number(kTool, rate.tool);
-    if (rate.infeed) row_.value(kFeed, rate.infeed->in_mm_s());
-    if (rate.retract) row_.value(kRetract, rate.retract->in_mm_s());
-  }
-  void operator()(const Autocalibration& calibration) {
-    row_.point(kNominal, calibration.nominal.in_mm());
-    row_.point(kActual, calibration.actual.in_mm());
-  }
-  void operator()(const Stop& stop) {
-    if (stop.actual) row_.point(kActual, stop.actual->in_mm());
-    row_.word(kKind, name(stop.kind));
-  }
-  void operator()(const Message& message) {
-    row_.text(kText, message.text);
-    if (message.is_long) row_.word(kLong, "true");
-  }
-  void operator()(const Dwell& dwell) { row_.value(kTime, dwell.duration.in_s()); }
-  void operator()(const Function& function) {
-    const bool expired = function.kind == FunctionKind::ToolExpired;
-    if (expired) row_.number(kTool, function.tool);
-    row_.text(kText, function.text);
-    row_.word(kKind, name(function.kind));
-    if (expired && function.next_tool) row_.number(kNextTool, *function.next_tool);
-  }
-  void operator()(const Setting& setting) {
-    row_.text(kText, setting.text);
-    is_text_in_inch_ = setting.unit == LengthUnit::Inch && may_have_length(setting.text);
-  }
-  void operator()(const ZeroSet& zero) {
-    row_.point(kZeroSet, zero.zero_set.in_mm());
-    row_.point(kWorkZero, zero.work_zero.in_mm());
-  }
-  void operator()(const PatternBegin&) {}
-  void operator()(const PatternEnd& end) {
-    row_.number(kValue, static_cast<int>(end.copies.size()));
-  }
-  void operator()(const VisionSeries& series) {
-    row_.word(kKind, word(series.level));
-    row_.number(kValue, static_cast<int>(series.targets.size()));
-  }
-  void operator()(const TargetHole& hole) {
-    row_.number(kTool, hole.tool);
-    row_.point(kNominal, hole.nominal.in_mm());
-    row_.word(kKind, word(hole.level));
-    cut_ = &hole.cut;
-  }
-  void operator()(const CancelCorrection& cancel) { row_.word(kKind, word(cancel.level)); }
-  void operator()(const StoredCorrection& stored) { row_.number(kValue, stored.label); }
-  void operator()(const VisionTool& tool) { row_.number(kTool, tool.number); }
-  void operator()(const OpticalOrder&) {}
-  void operator()(const SurfaceOrder&) {}
-
-  /// Behind the file's column, which is the caller's.
-  void depth_and_risk() {
-    if (cut_ != nullptr) {
-      if (cut_->z) row_.length(kZ, *cut_->z);
-      if (cut_->depth) row_.length(kDepth, *cut_->depth);
-      if (cut_->surface) row_.length(kSurface, *cut_->surface);
-    }
-    row_.risk(kRisk, risk_);
-    row_.risk(kRiskEnd, risk_end_);
-    if (cut_ == nullptr || !cut_->predicted) return;
-    row_.length(kSurfaceSigma, cut_->predicted->sigma);
-    row_.word(kSurfaceSource, name(cut_->predicted->source));
-  }
-  /// Behind the risks of the depth.
-  void depth_state() {
-    if (cut_ == nullptr) return;
-    const DepthReference reference = cut_->counts_from();
-    if (reference != DepthReference::Table) row_.word(kReference, name(reference));
-    if (cut_->is_controlled()) row_.word(kControl, name(cut_->control));
-    if (cut_->lower_limit) row_.length(kLowerLimit, *cut_->lower_limit);
-    if (cut_->upper_limit) row_.length(kUpperLimit, *cut_->upper_limit);
-  }
-  /// Behind the depth. All other lengths are mm.
-  void unit_of_text() {
-    if (is_text_in_inch_) row_.word(kUnit, "inch");
+  void begin(std::size_t column) { begins_[column] = text_.size(); }
+  void end(std::size_t column) { ends_[column] = text_.size(); }
+  void put(std::size_t column, double v) {
+    begin(column);
+    append_fixed(text_, v, kMmDecimals);
+    end(column);
   }
 
- private:
-  void place(const PlacedPoint& at) {
-    row_.point(kNominal, at.nominal.in_mm());
-    row_.point(kActual, at.actual.in_mm());
-    row_.point(kSigma, sigma_mm(at));
-  }
-  void start(int tool, const PlacedPoint& start) {
-    row_.number(kTool, tool);
-    place(start);
-    risk_ = start.risk;
-  }
-  void end(const PlacedPoint& end) {
-    row_.point(kNominalEnd, end.nominal.in_mm());
-    row_.point(kActualEnd, end.actual.in_mm());
-    row_.point(kSigmaEnd, sigma_mm(end));
-    risk_end_ = end.risk;
-  }
-
-  Row& row_;
-  const DepthOfCut* cut_ = nullptr;
-  std::optional<double> risk_;
-  std::optional<double> risk_end_;
-  bool is_text_in_inch_ = false;
+  std::string text_;  ///< of all fields, as they came
+  std::array<std::size_t, kColumns> begins_{};
+  std::array<std::size_t, kColumns> ends_{};
 };
 
 /// Fields behind sigma in the row of a hole without a risk.
@@ -386,7 +184,8 @@ char* CsvWriter::write_hole(char* end, const Operation& operation, const Drill& 
 
 void CsvWriter::begin(const ProgramInfo& info) {
   if (judge_) judge_->begin(info);
-  text() += kHeader;
+  text() += kOperationColumns;
+  text() += '\n';
 }
 
 void CsvWriter::put(const Operation& operation) {
@@ -401,30 +200,19 @@ void CsvWriter::put(const Operation& operation) {
 }
 
 void CsvWriter::put_by_fields(const Operation& operation) {
-  std::string& out = text();
-  Row row(out);
-  row.word(kOp, operation_name(operation));
-  row.number(kLine, operation.line);
-  row.at(kPath);
-  for (std::size_t i = 0; i < operation.path.size(); ++i) {
-    if (i > 0) out += '.';
-    const fmt::format_int digits(operation.path[i]);
-    out.append(digits.data(), digits.size());
-  }
-  Fields fields(row);
-  std::visit(fields, operation.what);
-  row.text(kFile, operation.file);
-  fields.depth_and_risk();
+  Row row;
+  row.word("op", operation_name(operation));
+  row.number("line", operation.line);
+  row.word("path", fmt::format("{}", fmt::join(operation.path, ".")));
+  row.text("file", operation.file);
+  describe(operation, row);
   if (judge_) {
     if (const auto judged = judge_->judge(operation)) {
-      row.risk(kRiskShallow, judged->risk.too_shallow);
-      row.risk(kRiskDeep, judged->risk.too_deep);
+      row.risk("risk_shallow", judged->risk.too_shallow);
+      row.risk("risk_deep", judged->risk.too_deep);
     }
   }
-  fields.depth_state();
-  fields.unit_of_text();
-  row.at(static_cast<Column>(kColumns - 1));
-  out += '\n';
+  row.append_to(text());
   flush_if_large();
 }
 

@@ -2,7 +2,6 @@
 #include "program/writers/pattern_copies.h"
 
 #include <array>
-#include <cmath>
 
 namespace panelcal {
 namespace {

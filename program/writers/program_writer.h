@@ -61,6 +61,10 @@ class ProgramWriter : public TextWriter {
   void note_place(const Operation& operation);
   Place place() const;
   int source_line() const { return line_; }
+  void line(std::string_view block) {
+    text() += block;
+    text() += '\n';
+  }
   /// Valid during put().
   std::string_view source_file() const { return file_; }
 

@@ -21,7 +21,7 @@ def test_file(root, folder, test):
 def problems_of(root, name, table, folder):
     """Also how many commands and words the table has."""
     text = (root / table).read_text()
-    commands = re.findall(rf"^{name}_COMMAND\(\w+, '(\w)', (\d+), .*\"(\w+)\"\)$", text,
+    commands = re.findall(rf"^{name}_COMMAND\(\w+, '(\w)', (\d+), .*?\"(\w+_test)\", .+\)$", text,
                           re.MULTILINE)
     words = re.findall(rf"^{name}_WORD\(\"(.*?)\", \w+, .*\"(\w+)\"\)$", text, re.MULTILINE)
     problems = []

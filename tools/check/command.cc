@@ -11,10 +11,8 @@
 #include "machine/job/checked_program.h"
 #include "machine/job/facts/sections.h"
 #include "machine/job/walk_terms.h"
-#include "program/excellon/text/header.h"
 #include "program/judge/job_check.h"
 #include "program/judge/tally.h"
-#include "program/sieb_meyer/text/file_layout.h"
 #include "tools/cli/commands.h"
 #include <fmt/format.h>
 
@@ -23,26 +21,6 @@ namespace {
 
 std::string count(std::size_t n, std::string_view word) {
   return fmt::format("{} {}{}", n == 0 ? "no" : std::to_string(n), word, n == 1 ? "" : "s");
-}
-
-/// "Excellon, metric 3.3, trailing zeros kept (line 9: METRIC,TZ)": the language, how numbers are
-/// read, and why.
-std::string reading(const Program& program) {
-  if (program.dialect == Dialect::SiebMeyer) {
-    const sieb_meyer::FileLayout& layout = sieb_meyer::layout_of(program);
-    return fmt::format("{}, {} (line {}{}{})",
-                       name(program.dialect),
-                       program.number_summary(),
-                       layout.head_line,
-                       layout.format_evidence.empty() ? "" : "; ",
-                       layout.format_evidence);
-  }
-  const excellon::Header& header = excellon::header_of(program);
-  const std::string evidence = header.format_evidence();
-  return fmt::format("Excellon{}, {} ({})",
-                     header.set == excellon::ProgramSet::FormatOne ? " Format One" : "",
-                     program.number_summary(),
-                     evidence.empty() ? "not stated" : evidence);
 }
 
 /// What passes by on the way over a perfect panel.
@@ -98,7 +76,7 @@ std::string summary(const Program& program,
   if (!survey.probes.empty()) job += ", " + count(survey.probes.size(), "probe");
   return fmt::format("{}: {}\n{}, no errors, {}\n",
                      escaped_controls(program.source.file),
-                     reading(program),
+                     program.head->reading(),
                      job,
                      count(log.n_warnings(), "warning"));
 }

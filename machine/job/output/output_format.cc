@@ -15,23 +15,23 @@
 namespace panelcal {
 namespace {
 
-constexpr std::array<std::pair<OutputFormat, std::string_view>, 6> kFormatNames = {
+constexpr auto kFormatNames = std::to_array<std::pair<OutputFormat, std::string_view>>(
     {{OutputFormat::Jsonl, "jsonl"},
      {OutputFormat::Csv, "csv"},
      {OutputFormat::Excellon, "excellon"},
      {OutputFormat::SiebMeyer, "sieb-meyer"},
      {OutputFormat::Gcode, "gcode"},
-     {OutputFormat::Svg, "svg"}}};
+     {OutputFormat::Svg, "svg"}});
 
-constexpr std::array<std::pair<std::string_view, OutputFormat>, 8> kExtensions = {
-    {{".jsonl", OutputFormat::Jsonl},
-     {".csv", OutputFormat::Csv},
-     {".drl", OutputFormat::Excellon},
-     {".exc", OutputFormat::Excellon},
-     {".s5", OutputFormat::SiebMeyer},
-     {".sm", OutputFormat::SiebMeyer},
-     {".ngc", OutputFormat::Gcode},
-     {".svg", OutputFormat::Svg}}};
+constexpr auto kExtensions =
+    std::to_array<std::pair<std::string_view, OutputFormat>>({{".jsonl", OutputFormat::Jsonl},
+                                                              {".csv", OutputFormat::Csv},
+                                                              {".drl", OutputFormat::Excellon},
+                                                              {".exc", OutputFormat::Excellon},
+                                                              {".s5", OutputFormat::SiebMeyer},
+                                                              {".sm", OutputFormat::SiebMeyer},
+                                                              {".ngc", OutputFormat::Gcode},
+                                                              {".svg", OutputFormat::Svg}});
 
 std::unique_ptr<TextWriter> make_program_writer(OutputFormat format,
                                                 ByteSink& bytes,

@@ -5,153 +5,10 @@
 #include <utility>
 #include <vector>
 
-#include "program/excellon/interpreter/interpreter.h"
+#include "program/excellon/interpreter/parts.h"
 #include <fmt/format.h>
 
 namespace panelcal::excellon {
-
-void Interpreter::run_section(int line) {
-  if (refuse_pending(line, "M25")) return;
-  if (in_pattern_ || is_plunged_) {
-    reporter_.report(is_plunged_ ? Code::ToolPlunged : Code::CommandMisplaced,
-                     line,
-                     1,
-                     is_plunged_ ? "a pattern begins while the router is down"
-                                 : "a pattern begins inside a pattern",
-                     is_plunged_ ? "M16 or M17 first" : "M01 and M08 first");
-    return;
-  }
-  const auto section = scan_section(
-      cursor_, line, {format(), set_, deletes_blocks_, line_of_open_count_}, reporter_);
-  if (!section) {
-    ended_ = true;
-    return;
-  }
-  warn_of_open_count(*section);
-  warn_of_swap(*section);
-  if (trial_ != nullptr) {
-    trial_->is_repeated = true;
-    emitter_.stop_executing();
-  }
-  const std::size_t depth = place_.path.size();
-  in_pattern_ = true;
-  has_dimension_ = true;  // of M02X#Y#
-  place_.path.resize(depth + section->levels.size(), 0);
-  modal_.begins_pattern = true;
-  const Modal start = modal_;
-  if (!run_kept(*section, start)) run_level(*section, start, section->levels.size(), frame_);
-  if (is_first_walk() && !section->has_vision) check_tools_of_copies(*section, start);
-  warn_of_feed(*section);
-  in_pattern_ = false;
-  place_.path.resize(depth);
-  place_.placement = frame_;
-  if (!has_ended()) end_section(*section);
-}
-
-/// "After the last M02 repeat command, an extra M02 command which requires no coordinates, must be
-/// added in a block by itself. This will clear a counter." Offsets count anew at each M01 all the
-/// same, as those of R#M02 do in the manual's sample program.
-void Interpreter::warn_of_open_count(const RepeatSection& section) {
-  line_of_open_count_ = section.line_of_open_count;
-  if (!section.count_behind_open_one || std::exchange(warned_count_, true)) return;
-  const auto& [block, line] = *section.count_behind_open_one;
-  reporter_.report(
-      Code::NotationAccepted,
-      block.line,
-      block.column,
-      fmt::format("{} counts from its pattern, not on from line {}", quoted(block.text), line),
-      fmt::format("M02 in a block by itself behind line {}", line));
-}
-
-/// All of the manual's examples have the mirrors first; what it says of each command leaves open
-/// whether one that comes behind M70 would mirror the other axis.
-void Interpreter::warn_of_swap(const RepeatSection& section) {
-  if (!section.swap_before_mirror || std::exchange(warned_swap_, true)) return;
-  const Block& block = *section.swap_before_mirror;
-  reporter_.report(Code::NotationAccepted,
-                   block.line,
-                   block.column,
-                   quoted(block.text) + " is mirrored first, then its axes are exchanged",
-                   "M70 behind M80 and M90");
-}
-
-/// "A repeat of all the commands" would begin a copy with the feed that the one before has ended
-/// with, "identical patterns" with that of the pattern itself, which it has here.
-void Interpreter::warn_of_feed(const RepeatSection& section) {
-  const auto late = std::exchange(late_feed_, std::nullopt);
-  const bool has_copies = std::ranges::any_of(
-      section.levels, [](const std::vector<Copies>& level) { return !level.empty(); });
-  if (!late || !has_copies || std::exchange(warned_feed_, true)) return;
-  reporter_.report(Code::FeedAssumed,
-                   late->first.line,
-                   late->first.column,
-                   quoted(late->second) + " behind a rout at the feed from before the pattern",
-                   "F# before the pattern's first rout move");
-}
-
-/// The manual clears the incremental accumulators at M08, back to work zero. It does not say what
-/// an omitted axis means then in absolute mode, so that is refused (AxisUser::Cleared).
-void Interpreter::end_section(const RepeatSection& section) {
-  if (!is_inner_section()) vision_.end_section(section.closing.line);
-  modal_.at_mm.setZero();
-  modal_.user = {AxisUser::Cleared, AxisUser::Cleared};
-  modal_.begins_pattern = false;
-  modal_.has_hole = false;
-  modal_.has_start = false;
-  last_cycle_.reset();
-  cursor_ = section.after;
-
-  if (section.closing.n_words == 1) return;
-  const Word& second = section.closing.words[1];
-  const auto code = command(second);
-  if (code != Command::EndRewind && code != Command::EndNoRewind) {
-    return report(Code::BlockNotAlone, section.closing, second, "M08 alone or with M30");
-  }
-  end_program(section.closing,
-              section.closing.all().subspan(2),
-              code == Command::EndRewind ? StopKind::EndRewind : StopKind::EndNoRewind);
-}
-
-/// Runs everything below `level` once in place and once for every copy that the level asks for.
-void Interpreter::run_level(const RepeatSection& section,
-                            const Modal& start,
-                            std::size_t level,
-                            const Placement& outer) {
-  if (level == 0) return run_instance(section, start, outer);
-  // levels[] is innermost first, the path outermost first.
-  const std::size_t depth = place_.path.size() - level;
-  place_.path[depth] = 0;
-  const std::int64_t n_before = emitter_.n_operations();
-  const std::int64_t n_idle_before = emitter_.n_idle_lines();
-  run_level(section, start, level - 1, outer);
-  if (is_first_walk() && !section.has_vision) {
-    // Checking needs the copies only where they measure; else they are counted.
-    std::int64_t n_copies = 0;
-    for (const Copies& copies : section.levels[level - 1]) n_copies += copies.run.count;
-    emitter_.count_copies(n_copies,
-                          emitter_.n_operations() - n_before,
-                          emitter_.n_idle_lines() - n_idle_before,
-                          section.line);
-    return;
-  }
-
-  Eigen::Vector2d offset_mm = Eigen::Vector2d::Zero();
-  for (const Copies& copies : section.levels[level - 1]) {
-    const CopyRun& run = copies.run;
-    if (run.restarts) offset_mm.setZero();
-    const Eigen::Matrix2d orientation = copy_orientation(run);
-    for (int i = 0; i < run.count && !has_ended(); ++i) {
-      offset_mm += run.step.in_mm();
-      ++place_.path[depth];
-      if (copies.tool) take_tool_of(copies);
-      run_level(section,
-                start,
-                level - 1,
-                outer * Transform<frame::Programmed, frame::Programmed>(orientation, offset_mm));
-    }
-  }
-}
-
 namespace {
 
 /// More copies than this are written one by one.
@@ -241,108 +98,253 @@ bool can_keep(const RepeatSection& section) {
   return true;
 }
 
-}  // namespace
+/// "After the last M02 repeat command, an extra M02 command which requires no coordinates, must be
+/// added in a block by itself. This will clear a counter." Offsets count anew at each M01 all the
+/// same, as those of R#M02 do in the manual's sample program.
+void warn_of_open_count(Walk& walk, const RepeatSection& section) {
+  walk.line_of_open_count = section.line_of_open_count;
+  if (!section.count_behind_open_one || std::exchange(walk.warned_count, true)) return;
+  const auto& [block, line] = *section.count_behind_open_one;
+  walk.reporter.report(Code::NotationAccepted,
+                       block,
+                       fmt::format(" counts from its pattern, not on from line {}", line),
+                       fmt::format("M02 in a block by itself behind line {}", line));
+}
+
+/// All of the manual's examples have the mirrors first; what it says of each command leaves open
+/// whether one that comes behind M70 would mirror the other axis.
+void warn_of_swap(Walk& walk, const RepeatSection& section) {
+  if (!section.swap_before_mirror || std::exchange(walk.warned_swap, true)) return;
+  const Block& block = *section.swap_before_mirror;
+  walk.reporter.report(Code::NotationAccepted,
+                       block,
+                       " is mirrored first, then its axes are exchanged",
+                       "M70 behind M80 and M90");
+}
+
+/// "A repeat of all the commands" would begin a copy with the feed that the one before has ended
+/// with, "identical patterns" with that of the pattern itself, which it has here.
+void warn_of_feed(Walk& walk, const RepeatSection& section) {
+  const auto late = std::exchange(walk.late_feed, std::nullopt);
+  const bool has_copies = std::ranges::any_of(
+      section.levels, [](const std::vector<Copies>& level) { return !level.empty(); });
+  if (!late || !has_copies || std::exchange(walk.warned_feed, true)) return;
+  walk.reporter.report(Code::FeedAssumed,
+                       late->first.line,
+                       late->first.column,
+                       quoted(late->second) + " behind a rout at the feed from before the pattern",
+                       "F# before the pattern's first rout move");
+}
+
+/// The manual clears the incremental accumulators at M08, back to work zero. It does not say what
+/// an omitted axis means then in absolute mode, so that is refused (AxisUser::Cleared).
+void end_section(Walk& walk, const RepeatSection& section) {
+  if (!walk.is_inner_section()) walk.vision.end_section(section.closing.line);
+  walk.modal.at_mm.setZero();
+  walk.modal.user = {AxisUser::Cleared, AxisUser::Cleared};
+  walk.modal.begins_pattern = false;
+  walk.modal.has_hole = false;
+  walk.modal.has_start = false;
+  walk.last_cycle.reset();
+  walk.cursor = section.after;
+
+  if (section.closing.n_words == 1) return;
+  const Word& second = section.closing.words[1];
+  const auto code = walk.command(second);
+  if (code != Command::EndRewind && code != Command::EndNoRewind) {
+    return walk.reporter.report(
+        Code::BlockNotAlone, section.closing.in(second), "M08 alone or with M30");
+  }
+  end_program(walk,
+              section.closing,
+              section.closing.all().subspan(2),
+              code == Command::EndRewind ? StopKind::EndRewind : StopKind::EndNoRewind);
+}
+
+void take_tool_of(Walk& walk, const Copies& copies) {
+  Block block;
+  block.line = copies.line;
+  block.words[0] = *copies.tool;
+  block.n_words = 1;
+  select_tool(walk, block);
+}
+
+void run_instance(Walk& walk,
+                  const RepeatSection& section,
+                  const Modal& start,
+                  const Placement& placement) {
+  if (walk.has_ended()) return;
+  walk.place.placement = placement;
+  walk.modal = start;
+  const auto feed_outside = std::exchange(walk.feed_in_pattern, std::nullopt);
+  const bool took_feed_outside = std::exchange(walk.takes_feed_from_before, false);
+  walk.last_cycle.reset();
+  if (!walk.is_inner_section()) walk.vision.begin_instance();
+  walk.cursor = section.pattern;
+  if (walk.cursor.offset() == section.pattern_end) walk.emitter.count_idle_line(section.line);
+  while (walk.cursor.offset() < section.pattern_end && !walk.has_ended()) {
+    const int number = walk.cursor.line_number();
+    const std::int64_t n_before = walk.emitter.n_operations();
+    if (!run_plain_lines(walk, section.pattern_end)) run_line(walk, walk.cursor.next());
+    if (walk.emitter.n_operations() == n_before) walk.emitter.count_idle_line(number);
+  }
+  if (walk.has_ended()) return;
+  const bool is_late = walk.takes_feed_from_before && walk.modal.feed != start.feed;
+  if (is_late && !walk.late_feed) walk.late_feed = walk.feed_in_pattern;
+  walk.takes_feed_from_before = took_feed_outside || (walk.takes_feed_from_before && !feed_outside);
+  if (!walk.feed_in_pattern) walk.feed_in_pattern = feed_outside;
+  const int end_line = walk.cursor.line_number();
+  refuse_pending(walk, end_line, "the end of the pattern");
+  if (std::exchange(walk.is_plunged, false)) {
+    walk.reporter.report(Code::ToolPlunged,
+                         end_line,
+                         "the pattern ends while the router is down",
+                         "M16 or M17 at its end");
+  }
+  if (!walk.is_inner_section()) walk.vision.end_instance(end_line);
+}
+
+/// Runs everything below `level` once in place and once for every copy that the level asks for.
+void run_level(Walk& walk,
+               const RepeatSection& section,
+               const Modal& start,
+               std::size_t level,
+               const Placement& outer) {
+  if (level == 0) return run_instance(walk, section, start, outer);
+  // levels[] is innermost first, the path outermost first.
+  const std::size_t depth = walk.place.path.size() - level;
+  walk.place.path[depth] = 0;
+  const std::int64_t n_before = walk.emitter.n_operations();
+  const std::int64_t n_idle_before = walk.emitter.n_idle_lines();
+  run_level(walk, section, start, level - 1, outer);
+  if (walk.is_first_walk() && !section.has_vision) {
+    // Checking needs the copies only where they measure; else they are counted.
+    std::int64_t n_copies = 0;
+    for (const Copies& copies : section.levels[level - 1]) n_copies += copies.run.count;
+    walk.emitter.count_copies(n_copies,
+                              walk.emitter.n_operations() - n_before,
+                              walk.emitter.n_idle_lines() - n_idle_before,
+                              section.line);
+    return;
+  }
+
+  Eigen::Vector2d offset_mm = Eigen::Vector2d::Zero();
+  for (const Copies& copies : section.levels[level - 1]) {
+    const CopyRun& run = copies.run;
+    if (run.restarts) offset_mm.setZero();
+    const Eigen::Matrix2d orientation = copy_orientation(run);
+    for (int i = 0; i < run.count && !walk.has_ended(); ++i) {
+      offset_mm += run.step.in_mm();
+      ++walk.place.path[depth];
+      if (copies.tool) take_tool_of(walk, copies);
+      run_level(walk,
+                section,
+                start,
+                level - 1,
+                outer * Transform<frame::Programmed, frame::Programmed>(orientation, offset_mm));
+    }
+  }
+}
 
 /// Passes the pattern on once, where it stands, with all its copies. False if structure is not kept
 /// here: the copies are to be run.
-bool Interpreter::run_kept(const RepeatSection& section, const Modal& start) {
-  if (!keeps_structure() || is_inner_section() || !can_keep(section) ||
-      !measures_alike(section, vision_.series_size())) {
+bool run_kept(Walk& walk, const RepeatSection& section, const Modal& start) {
+  if (!walk.keeps_structure() || walk.is_inner_section() || !can_keep(section) ||
+      !measures_alike(section, walk.vision.series_size())) {
     return false;
   }
-  if (vision_.has_open_series()) {
-    reporter_.report(Code::NotSupported,
-                     section.line,
-                     1,
-                     "a pattern begins inside a series of targets, which has no form in a "
-                     "translation",
-                     "the whole series before M25, or behind it");
-    ended_ = true;
+  if (walk.vision.has_open_series()) {
+    walk.reporter.report(Code::NotSupported,
+                         section.line,
+                         "a pattern begins inside a series of targets, which has no form in a "
+                         "translation",
+                         "the whole series before M25, or behind it");
+    walk.ended = true;
     return true;
   }
   std::vector<Copy> copies;
   append_copies(section, section.levels.size(), Copy(), copies);
   // Programmed places become those in work coordinates, and copies as well.
-  const Transform<frame::Programmed, frame::Nominal> inverse = frame_.inverse();
+  const Transform<frame::Programmed, frame::Nominal> inverse = walk.frame.inverse();
   const Copy back(inverse.linear(), inverse.translation());
   std::vector<Placement> placements;
   for (const Copy& copy : copies) {
-    placements.push_back(frame_ * copy * back);
+    placements.push_back(walk.frame * copy * back);
   }
-  const std::vector<int> path = std::exchange(place_.path, {});
+  const std::vector<int> path = std::exchange(walk.place.path, {});
   if (may_nest(section)) {
-    emitter_.put(section.line, StoredCorrection{StoredCorrectionKind::NestNext, 0, {}, 0});
+    walk.emitter.put(section.line, StoredCorrection{StoredCorrectionKind::NestNext, 0, {}, 0});
   }
-  emitter_.put(section.line, PatternBegin{});
-  vision_.begin_kept_pattern();
-  run_instance(section, start, frame_);
-  vision_.end_kept_pattern(placements.size());
-  if (!has_ended()) emitter_.put(section.closing.line, PatternEnd{placements});
-  place_.path = path;
+  walk.emitter.put(section.line, PatternBegin{});
+  walk.vision.begin_kept_pattern();
+  run_instance(walk, section, start, walk.frame);
+  walk.vision.end_kept_pattern(placements.size());
+  if (!walk.has_ended()) walk.emitter.put(section.closing.line, PatternEnd{placements});
+  walk.place.path = path;
   return true;
 }
 
 /// Copies that are only counted may begin with other tools than the pattern did: the one it ends
 /// with, and those of the M02 blocks, in the order in which the last copy takes them.
-void Interpreter::check_tools_of_copies(const RepeatSection& section, const Modal& start) {
+void check_tools_of_copies(Walk& walk, const RepeatSection& section, const Modal& start) {
   const bool has_copies = std::ranges::any_of(
       section.levels, [](const std::vector<Copies>& level) { return !level.empty(); });
   if (!section.changes_tools || !has_copies) return;
   // Its holes have been counted with the copies.
   const auto look_again = [&] {
-    emitter_.uncounted([&] { run_instance(section, start, frame_); });
+    walk.emitter.uncounted([&] { run_instance(walk, section, start, walk.frame); });
   };
   look_again();
   for (auto level = section.levels.rbegin(); level != section.levels.rend(); ++level) {
     for (const Copies& copies : *level) {
       if (!copies.tool) continue;
-      take_tool_of(copies);
+      take_tool_of(walk, copies);
       look_again();
     }
   }
 }
 
-void Interpreter::take_tool_of(const Copies& copies) {
-  Block block;
-  block.line = copies.line;
-  block.words[0] = *copies.tool;
-  block.n_words = 1;
-  select_tool(block);
-}
+}  // namespace
 
-void Interpreter::run_instance(const RepeatSection& section,
-                               const Modal& start,
-                               const Placement& placement) {
-  if (has_ended()) return;
-  place_.placement = placement;
-  modal_ = start;
-  const auto feed_outside = std::exchange(feed_in_pattern_, std::nullopt);
-  const bool took_feed_outside = std::exchange(takes_feed_from_before_, false);
-  last_cycle_.reset();
-  if (!is_inner_section()) vision_.begin_instance();
-  cursor_ = section.pattern;
-  if (cursor_.offset() == section.pattern_end) emitter_.count_idle_line(section.line);
-  while (cursor_.offset() < section.pattern_end && !has_ended()) {
-    const int number = cursor_.line_number();
-    const std::int64_t n_before = emitter_.n_operations();
-    if (!run_plain_lines(section.pattern_end)) run_line(cursor_.next());
-    if (emitter_.n_operations() == n_before) emitter_.count_idle_line(number);
+void run_section(Walk& walk, int line) {
+  if (refuse_pending(walk, line, "M25")) return;
+  if (walk.in_pattern || walk.is_plunged) {
+    walk.reporter.report(walk.is_plunged ? Code::ToolPlunged : Code::CommandMisplaced,
+                         line,
+                         walk.is_plunged ? "a pattern begins while the router is down"
+                                         : "a pattern begins inside a pattern",
+                         walk.is_plunged ? "M16 or M17 first" : "M01 and M08 first");
+    return;
   }
-  if (has_ended()) return;
-  const bool is_late = takes_feed_from_before_ && modal_.feed != start.feed;
-  if (is_late && !late_feed_) late_feed_ = feed_in_pattern_;
-  takes_feed_from_before_ = took_feed_outside || (takes_feed_from_before_ && !feed_outside);
-  if (!feed_in_pattern_) feed_in_pattern_ = feed_outside;
-  const int end_line = cursor_.line_number();
-  refuse_pending(end_line, "the end of the pattern");
-  if (std::exchange(is_plunged_, false)) {
-    reporter_.report(Code::ToolPlunged,
-                     end_line,
-                     1,
-                     "the pattern ends while the router is down",
-                     "M16 or M17 at its end");
+  const auto section =
+      scan_section(walk.cursor,
+                   line,
+                   {walk.format(), walk.set, walk.deletes_blocks, walk.line_of_open_count},
+                   walk.reporter);
+  if (!section) {
+    walk.ended = true;
+    return;
   }
-  if (!is_inner_section()) vision_.end_instance(end_line);
+  warn_of_open_count(walk, *section);
+  warn_of_swap(walk, *section);
+  if (walk.trial != nullptr) {
+    walk.trial->is_repeated = true;
+    walk.emitter.stop_executing();
+  }
+  const std::size_t depth = walk.place.path.size();
+  walk.in_pattern = true;
+  walk.has_dimension = true;  // of M02X#Y#
+  walk.place.path.resize(depth + section->levels.size(), 0);
+  walk.modal.begins_pattern = true;
+  const Modal start = walk.modal;
+  if (!run_kept(walk, *section, start))
+    run_level(walk, *section, start, section->levels.size(), walk.frame);
+  if (walk.is_first_walk() && !section->has_vision) check_tools_of_copies(walk, *section, start);
+  warn_of_feed(walk, *section);
+  walk.in_pattern = false;
+  walk.place.path.resize(depth);
+  walk.place.placement = walk.frame;
+  if (!walk.has_ended()) end_section(walk, *section);
 }
 
 }  // namespace panelcal::excellon

@@ -110,17 +110,14 @@ class SectionScanner {
     if (block.n_words > 1) {
       const Word& second = block.words[1];
       reporter_.report(Code::BlockNotAlone,
-                       block.line,
-                       second.column,
-                       quoted(second.text()) + " in " + quoted(block.text),
+                       block.in(second),
                        quoted(block.words[0].text()) + " in a block by itself");
       return false;
     }
     if (section_.levels.size() == kMaxLevels) {
       reporter_.report(Code::NestingTooDeep,
-                       block.line,
-                       block.column,
-                       quoted(block.text) + " opens one level too many",
+                       block,
+                       " opens one level too many",
                        "at most " + std::to_string(kMaxLevels) + " levels");
       return false;
     }
@@ -196,19 +193,18 @@ class SectionScanner {
   }
 
   bool has_no_arguments(const Block& block) {
-    if (block.arguments_column == 0) return true;
+    if (block.argument_column == 0) return true;
     const Word& first = block.words[0];
     reporter_.report(Code::BlockNotAlone,
                      block.line,
-                     block.arguments_column - 1,
-                     quoted("," + std::string(block.arguments)) + " behind " + quoted(first.text()),
+                     block.argument_column - 1,
+                     quoted("," + std::string(block.argument)) + " behind " + quoted(first.text()),
                      "no comma in this block");
     return false;
   }
 
   bool bad(const Block& block, const Word& word, std::string expected) {
-    reporter_.report(
-        Code::ArgumentInvalid, block.line, word.column, quoted(word.text()), std::move(expected));
+    reporter_.report(Code::ArgumentInvalid, block.of(word), std::move(expected));
     return false;
   }
 
@@ -225,7 +221,6 @@ class SectionScanner {
   std::nullopt_t unclosed(std::string_view missing) {
     reporter_.report(Code::RepeatUnclosed,
                      section_.line,
-                     1,
                      "no " + std::string(missing),
                      "M25 ... M01 ... M02 ... M08");
     return std::nullopt;

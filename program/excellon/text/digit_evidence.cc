@@ -2,7 +2,6 @@
 #include "program/excellon/text/digit_evidence.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -225,18 +224,13 @@ class DigitCheck {
                      const DigitLook& other,
                      std::size_t i_tool) {
     const NumberPlace& first = usual.holes.first_bare;
-    reporter.report(code,
-                    first.line,
-                    first.column,
-                    fmt::format("{} {} {} {} {}",
-                                quoted(first.text),
-                                is,
-                                usual.text(i_tool),
-                                separator,
-                                other.text(i_tool)),
-                    fmt::format("digits behind INCH or METRIC, such as {}, --format, or "
-                                "[program] units and digits",
-                                usual.format.header_word()));
+    reporter.report(
+        code,
+        first,
+        fmt::format(" {} {} {} {}", is, usual.text(i_tool), separator, other.text(i_tool)),
+        fmt::format("digits behind INCH or METRIC, such as {}, --format, or "
+                    "[program] units and digits",
+                    usual.format.header_word()));
   }
 
   std::string_view text_;

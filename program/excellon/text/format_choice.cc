@@ -285,7 +285,6 @@ class FormatChooser {
         program_.body.units, [&](const BodyUnit& of) { return of.format.unit == unit; });
     reporter_.report(Code::FormatAssumed,
                      said.line,
-                     1,
                      fmt::format("{} holds for the tools before it; in {}, {}",
                                  quoted(said.text),
                                  other.format().summary(),
@@ -353,10 +352,8 @@ class FormatChooser {
     usual.take_usual_digits();
     reporter_.report(
         Code::FormatAssumed,
-        bare_->line,
-        bare_->column,
-        fmt::format("{} is read as {} ({}); the usual digits are {}",
-                    quoted(bare_->text),
+        *bare_,
+        fmt::format(" is read as {} ({}); the usual digits are {}",
                     format.summary(),
                     stated_.evidence_of_digits(),
                     usual.summary()),
@@ -373,10 +370,8 @@ class FormatChooser {
     if (are_alike(census_, format, other)) return;
     const PartialFormat& setting = program_.reading.last_format;
     reporter_.report(Code::FormatAssumed,
-                     bare_->line,
-                     bare_->column,
-                     fmt::format("{} is read as {}; the zeros are those of {}, in {}",
-                                 quoted(bare_->text),
+                     *bare_,
+                     fmt::format(" is read as {}; the zeros are those of {}, in {}",
                                  format.summary(),
                                  setting.from,
                                  *setting.unit == LengthUnit::Inch ? "inch" : "metric"),
@@ -390,11 +385,7 @@ class FormatChooser {
 
   /// At the program's first number.
   void report(Code code, const std::string& what) const {
-    reporter_.report(code,
-                     census_.first.line,
-                     census_.first.column,
-                     quoted(census_.first.text) + " " + what,
-                     std::string(kRemedy));
+    reporter_.report(code, census_.first, " " + what, std::string(kRemedy));
   }
 
   const DraftedProgram& program_;

@@ -63,6 +63,7 @@ struct Header : ProgramHead {
            (!of.states_unit() && of.knows_digits() && of.format().states_digits);
   }
   std::string number_summary() const override { return whole.format().summary(); }
+  std::string reading() const override;
 
  private:
   const StatedFormat& of_outputs() const {

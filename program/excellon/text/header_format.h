@@ -31,7 +31,7 @@ class HeaderFormat {
   void read_comment(int line, std::string_view text);
   /// Refuses comments that contradict each other in a part that comments decide. A comment of the
   /// header on numbers of another unit than INCH or METRIC has means nothing, ahead of these words
-  /// and behind them; one of the body is refused (Interpreter::check_comment).
+  /// and behind them; one of the body is refused (check_comment of the interpreter).
   void check_comments() const;
 
  private:

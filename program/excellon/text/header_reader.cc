@@ -120,7 +120,7 @@ class HeaderReader {
       }
       read_line(line, text);
     }
-    reporter_.report(Code::HeaderUnclosed, start_line_, 1, "", "% or M95");
+    reporter_.report(Code::HeaderUnclosed, start_line_, "", "% or M95");
   }
 
   /// Without a header the body begins at the first block, or behind a rewind stop; comments before
@@ -265,7 +265,7 @@ class HeaderReader {
     Eigen::Vector2d zero_mm;
     const bool is_point = !lex({value, line, column}, block) && block.n_words == 2 &&
                           block.words[0].letter == 'X' && block.words[1].letter == 'Y' &&
-                          block.arguments_column == 0;
+                          block.argument_column == 0;
     for (int axis = 0; axis < 2 && is_point; ++axis) {
       const Word& word = block.words[static_cast<std::size_t>(axis)];
       const ParsedLength parsed = parse_length(word.number, header_.format());
@@ -332,11 +332,7 @@ class HeaderReader {
   void read_tool(const SourceLine& line) {
     Block block;
     if (const auto fault = lex(line, block)) {
-      reporter_.report(Code::BlockSyntax,
-                       line.number,
-                       fault->column,
-                       quoted(fault->text),
-                       std::string(fault->expected));
+      reporter_.report_syntax(line.number, *fault);
       return;
     }
     const auto tool =

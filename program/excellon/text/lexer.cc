@@ -14,7 +14,7 @@ namespace {
 constexpr auto kExcellonCommands = [] {
   using enum CommandClass;
   return std::array{
-#define EXCELLON_COMMAND(name, letter, number, kind, operands, section, effect, test) \
+#define EXCELLON_COMMAND(name, letter, number, kind, operands, section, effect, test, handler) \
   CommandInfo{Command::name, letter, number, kind, operands, section, effect, test},
 #include "program/excellon/text/commands.def"
   };
@@ -114,11 +114,6 @@ std::optional<Command> find_command(char letter, int number) {
   return kExcellonCommands[static_cast<std::size_t>(i)].command;
 }
 
-const Word* Block::find(char letter) const {
-  const auto found = std::ranges::find(all(), letter, &Word::letter);
-  return found == all().end() ? nullptr : &*found;
-}
-
 Block part_of(const Block& block, std::size_t begin, std::size_t end) {
   Block part;
   part.line = block.line;
@@ -183,13 +178,13 @@ std::optional<LexFault> lex(const SourceLine& line, Block& block) {
   block.text = text.substr(i, end - i);
   block.column = line.column + static_cast<int>(i);
   block.n_words = 0;
-  block.arguments = {};
-  block.arguments_column = 0;
+  block.argument = {};
+  block.argument_column = 0;
   while (i < end) {
     const int column = line.column + static_cast<int>(i);
     if (text[i] == ',') {
-      block.arguments = text.substr(i + 1, end - i - 1);
-      block.arguments_column = column + 1;
+      block.argument = text.substr(i + 1, end - i - 1);
+      block.argument_column = column + 1;
       return std::nullopt;
     }
     if (!is_capital(text[i])) return LexFault{column, text.substr(i, 1), "a letter A to Z"};

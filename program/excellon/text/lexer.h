@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -9,13 +8,14 @@
 #include <string_view>
 
 #include "program/model/command_class.h"
+#include "program/text/block.h"
 #include "program/text/source_text.h"
 #include "program/text/word.h"
 
 namespace panelcal::excellon {
 
 enum class Command : std::uint8_t {
-#define EXCELLON_COMMAND(name, letter, number, kind, operands, section, effect, test) name,
+#define EXCELLON_COMMAND(name, ...) name,
 #include "program/excellon/text/commands.def"
 };
 
@@ -64,21 +64,8 @@ enum class ProgramSet : std::uint8_t { FormatOne, FormatTwo };
 /// Source CNC-7 manual, List of Equivalent Format One Commands
 std::optional<Command> command_of(const Word& word, ProgramSet set);
 
-/// One program line as words, left to right.
-struct Block {
-  static constexpr std::size_t kMaxWords = 16;
-
-  int line = 0;
-  std::string_view text;  ///< the line without blanks at either end
-  int column = 1;         ///< of the first character of text
-  std::array<Word, kMaxWords> words;
-  std::size_t n_words = 0;
-  std::string_view arguments;  ///< the text behind the first comma
-  int arguments_column = 0;    ///< 0: there is no comma
-
-  std::span<const Word> all() const { return {words.data(), n_words}; }
-  const Word* find(char letter) const;
-};
+/// One program line. Its argument is the text behind the first comma.
+using Block = WordBlock<16>;
 
 /// The words [begin, end) of a block as a block of their own.
 ///
@@ -107,12 +94,6 @@ bool is_continued(std::string_view line);
 bool is_long_message(std::string_view line);
 /// Moves behind the lines that go on with the message begun by `first`.
 void skip_message(LineCursor& cursor, std::string_view first);
-
-struct LexFault {
-  int column = 0;
-  std::string_view text;  ///< the offending characters
-  std::string_view expected;
-};
 
 /// Splits a line of kind Words. A word is a letter A to Z and characters of `+-.0123456789`; a
 /// comma ends the words. Blanks between words are skipped.

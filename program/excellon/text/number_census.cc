@@ -279,7 +279,7 @@ class HoleList {
         holes_.first_bare = {word.text(), block.line, word.column};
       }
     }
-    if (!is_hole || !has_place || block.arguments_column > 0) return;
+    if (!is_hole || !has_place || block.argument_column > 0) return;
     holes_.tools[i_tool_].at_mm.push_back(at_mm_);
     ++holes_.n_holes;
   }

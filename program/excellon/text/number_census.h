@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "program/excellon/text/lexer.h"
+#include "program/text/mark.h"
 #include "program/text/number_format.h"
 #include <Eigen/Core>
 
@@ -71,6 +72,9 @@ struct NumberPlace {
   std::string text;
   int line = 0;
   int column = 0;
+
+  // NOLINTNEXTLINE(google-explicit-constructor): words are their own mark
+  operator Mark() const { return {line, column, quoted(text)}; }
 };
 
 /// The numbers of a program that lengths of a job are known of.

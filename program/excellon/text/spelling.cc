@@ -12,7 +12,6 @@
 #include "program/excellon/text/lexer.h"
 #include "program/model/tool_links.h"
 #include "program/text/gaps.h"
-#include <fmt/format.h>
 
 namespace panelcal::excellon {
 namespace {

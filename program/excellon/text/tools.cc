@@ -2,7 +2,6 @@
 #include "program/excellon/text/tools.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -67,14 +66,11 @@ class ToolReader {
     out.tool.number = *number;
     const bool has_index_only = word.number.size() == 4 && word.number.front() == '0';
     if (!defined && has_index_only && *number >= 100) {
-      reporter_.report(Code::ArgumentInvalid,
-                       block_.line,
-                       word.column,
-                       fmt::format("{} is tool {} with a compensation index, or tool {}",
-                                   quoted(word.text()),
-                                   *number / 100,
-                                   *number),
-                       fmt::format("T{} or T{} in the header", *number / 100, *number));
+      reporter_.report(
+          Code::ArgumentInvalid,
+          block_.of(word),
+          fmt::format(" is tool {} with a compensation index, or tool {}", *number / 100, *number),
+          fmt::format("T{} or T{} in the header", *number / 100, *number));
       return false;
     }
     if (!defined || word.number.size() <= 2) return true;
@@ -106,9 +102,8 @@ class ToolReader {
         return read_hits(word, tool);
       default:
         reporter_.report(Code::BlockNotAlone,
-                         block_.line,
-                         word.column,
-                         quoted(word.text()) + " in a tool block",
+                         block_.of(word),
+                         " in a tool block",
                          "only C, F, S, B, H and Z behind T");
         return false;
     }
@@ -128,20 +123,18 @@ class ToolReader {
     out = is_inch ? inch_per_min(*rate) : mm_per_s(*rate);
     if (*rate < (is_inch ? range.least_inch_per_min : range.least_mm_per_s) ||
         *rate > (is_inch ? range.most_inch_per_min : range.most_mm_per_s)) {
-      reporter_.report(Code::RateOutOfRange,
-                       block_.line,
-                       word.column,
-                       quoted(word.text()) + " is " + std::to_string(std::lround(*rate)) +
-                           (is_inch ? " in/min" : " mm/s"),
-                       range_text(range));
+      reporter_.report(
+          Code::RateOutOfRange,
+          block_.of(word),
+          " is " + std::to_string(std::lround(*rate)) + (is_inch ? " in/min" : " mm/s"),
+          range_text(range));
     }
     return true;
   }
 
  private:
   bool fail(const Word& word, std::string expected) const {
-    reporter_.report(
-        Code::ArgumentInvalid, block_.line, word.column, quoted(word.text()), std::move(expected));
+    reporter_.report(Code::ArgumentInvalid, block_.of(word), std::move(expected));
     return false;
   }
 
@@ -212,15 +205,6 @@ class ToolReader {
 
 }  // namespace
 
-void fill_missing(Tool& tool, const Tool& other) {
-  if (!tool.diameter) tool.diameter = other.diameter;
-  if (!tool.infeed) tool.infeed = other.infeed;
-  if (!tool.retract) tool.retract = other.retract;
-  if (!tool.speed) tool.speed = other.speed;
-  if (!tool.max_hits) tool.max_hits = other.max_hits;
-  if (!tool.depth_offset) tool.depth_offset = other.depth_offset;
-}
-
 bool has_dimension(const Tool& tool) {
   return tool.diameter || tool.infeed || tool.retract || tool.depth_offset;
 }
@@ -228,11 +212,10 @@ bool has_dimension(const Tool& tool) {
 std::optional<ToolBlock> read_tool_block(const Block& block,
                                          const ToolContext& context,
                                          const Reporter& reporter) {
-  if (block.arguments_column != 0) {
+  if (block.argument_column != 0) {
     reporter.report(Code::BlockNotAlone,
-                    block.line,
-                    block.arguments_column,
-                    quoted(block.arguments) + " in " + quoted(block.text),
+                    block.of_argument(),
+                    " in " + quoted(block.text),
                     "a tool block without a comma");
     return std::nullopt;
   }

@@ -3,8 +3,6 @@
 
 #include <map>
 #include <optional>
-#include <set>
-#include <string_view>
 #include <vector>
 
 #include "program/excellon/text/lexer.h"
@@ -13,9 +11,6 @@
 #include "program/walk/reporter.h"
 
 namespace panelcal::excellon {
-
-/// Takes from `other` what `tool` does not say.
-void fill_missing(Tool& tool, const Tool& other);
 
 /// The tool has data that the program's unit measures: lengths, feeds.
 bool has_dimension(const Tool& tool);

@@ -31,15 +31,15 @@ void VisionSession::bad_argument(int line,
 }
 
 void VisionSession::select_tool(const Block& block, const NumberFormat& format) {
-  const std::vector<std::string_view> parts = split_at_commas(block.arguments);
+  const std::vector<std::string_view> parts = split_at_commas(block.argument);
   const std::size_t n = parts.size();
   const bool has_delta = n == 2 || n == 5;
-  if (block.arguments_column == 0 || (n != 1 && !has_delta)) {
+  if (block.argument_column == 0 || (n != 1 && !has_delta)) {
     return bad_argument(
         block.line, block.column, block.text, "G34,v1 or G34,v1,delta or G34,v1,v2,v3,v4,delta");
   }
   const auto column_of = [&](std::string_view part) {
-    return block.arguments_column + static_cast<int>(part.data() - block.arguments.data());
+    return block.argument_column + static_cast<int>(part.data() - block.argument.data());
   };
   VisionSettings chosen = settings_;
   chosen.tools.clear();

@@ -20,30 +20,23 @@ void VisionSession::rewind(const Block& block, int label) {
     has_advanced_ = false;
     return;
   }
-  reporter_.report(Code::LabelUnknown,
-                   block.line,
-                   block.column,
-                   quoted(block.text),
-                   fmt::format("M50,{} earlier in the program", label));
+  reporter_.report(Code::LabelUnknown, block, fmt::format("M50,{} earlier in the program", label));
   measuring_.stop();
 }
 
 bool VisionSession::is_rewound(const Block& block) {
   refuse_unfinished(block.line, block.text);
   if (memory_.is_rewound()) return true;
-  reporter_.report(
-      Code::RewindMissing, block.line, block.column, quoted(block.text), "M51,# before it");
+  reporter_.report(Code::RewindMissing, block, "M51,# before it");
   measuring_.stop();
   return false;
 }
 
 void VisionSession::report_exhausted(const Block& block, int n_points, int n_left) {
-  reporter_.report(
-      Code::PointsExhausted,
-      block.line,
-      block.column,
-      fmt::format("{} asks for {} stored points, {} left", quoted(block.text), n_points, n_left),
-      "no more points than were measured under M50");
+  reporter_.report(Code::PointsExhausted,
+                   block,
+                   fmt::format(" asks for {} stored points, {} left", n_points, n_left),
+                   "no more points than were measured under M50");
   measuring_.stop();
 }
 
@@ -68,11 +61,9 @@ void VisionSession::advance(const Block& block, int n_points, const Placement* p
     const SeriesResult& series = measuring_.series(i_series);
     if (placement != nullptr && !is_same_place(series.placement, *placement)) {
       reporter_.report(Code::StoredElsewhere,
-                       block.line,
-                       block.column,
-                       fmt::format("{} comes to the correction of path [{}], which was measured in "
+                       block,
+                       fmt::format(" comes to the correction of path [{}], which was measured in "
                                    "line {} on another board than this one",
-                                   quoted(block.text),
                                    fmt::join(series.path, ","),
                                    series.line),
                        "copies in the same order as under M50");
@@ -266,7 +257,6 @@ bool VisionSession::refuse_without_advance(int line) {
   if (rewind_line_ == 0 || has_advanced_) return false;
   reporter_.report(Code::AdvanceMissing,
                    line,
-                   1,
                    fmt::format("coordinate after the M51 in line {}", rewind_line_),
                    "M52,# at the beginning of the pattern");
   measuring_.stop();
@@ -277,7 +267,6 @@ bool VisionSession::refuse_inside_stored(int line) {
   if (!memory_.is_inside_series()) return false;
   reporter_.report(Code::PointerInsideSeries,
                    line,
-                   1,
                    fmt::format("coordinate after the M52 in line {}", advance_line_),
                    "an M52 count that ends where a stored series ends");
   measuring_.stop();

@@ -37,7 +37,6 @@ bool VisionSession::refuse_unfinished(int line, std::string_view command) {
   if (!open_) return false;
   reporter_.report(Code::SeriesUnfinished,
                    line,
-                   1,
                    fmt::format("{} comes after {} of {} targets of the {} series begun in line {}",
                                command,
                                open_->n_wanted - open_->n_left(),
@@ -58,7 +57,6 @@ std::optional<std::size_t> VisionSession::measure(const TargetPlace& target,
   if (measuring_.is_first_pass() && settings_.tools.empty()) {
     reporter_.report(Code::VisionToolMissing,
                      target.line,
-                     1,
                      code_text(target.command),
                      "G34,# with the number of a vision tool");
     measuring_.stop();

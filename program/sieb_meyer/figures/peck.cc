@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/sieb_meyer/figures/peck.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <optional>
@@ -65,27 +64,6 @@ tl::expected<PeckStrokes, std::string> peck_strokes(double distance_mm,
   out.reaches_target = remaining_um <= kNoise_um;
   out.remaining_mm = out.reaches_target ? 0 : 0.001 * remaining_um;
   return out;
-}
-
-tl::expected<std::vector<double>, std::string> pulse_strokes(double distance_mm,
-                                                             double stroke_mm,
-                                                             double least_last_mm) {
-  if (const auto fault = peck_fault(distance_mm, stroke_mm, least_last_mm)) return refusal(*fault);
-  if (least_last_mm < 0) {
-    return refusal(fmt::format("the minimum partial stroke R is {:.6g} mm; expected 0 or above",
-                               least_last_mm));
-  }
-  constexpr double kNoise_mm = 0.001 * kNoise_um;
-  if (distance_mm <= kNoise_mm) return std::vector<double>{};
-  // Never below 1: the noise may swallow a first stroke.
-  double n_strokes = std::max(1.0, std::ceil((distance_mm - kNoise_mm) / stroke_mm));
-  if (!(n_strokes <= static_cast<double>(kMaxStrokes) + 1)) return too_many_strokes();
-  const double last_mm = distance_mm - (n_strokes - 1) * stroke_mm;
-  if (n_strokes > 1 && last_mm < least_last_mm - kNoise_mm) n_strokes -= 1;
-  if (n_strokes > static_cast<double>(kMaxStrokes)) return too_many_strokes();
-  std::vector<double> strokes_mm(static_cast<std::size_t>(n_strokes), stroke_mm);
-  strokes_mm.back() = distance_mm - (n_strokes - 1) * stroke_mm;
-  return strokes_mm;
 }
 
 }  // namespace panelcal::sieb_meyer

@@ -33,18 +33,4 @@ tl::expected<PeckStrokes, std::string> peck_strokes(double distance_mm,
                                                     double first_stroke_mm,
                                                     double factor_permille);
 
-/// G89: partial strokes of one height.
-///
-/// The last one is limited by the target plane. If it would be shorter than R, the one before goes
-/// on to the target in its place; a first stroke that is the last one stays, however short.
-///
-/// In     distance_mm: as in `peck_strokes`; stroke_mm: J, > 0; least_last_mm: R, >= 0
-/// Out    strokes that add up to distance_mm, at most 100000
-/// Fails  other signs; more strokes
-/// Source SIEB & MEYER manual, G89
-/// See    tests/program/sieb_meyer/figures/peck_test.cc
-tl::expected<std::vector<double>, std::string> pulse_strokes(double distance_mm,
-                                                             double stroke_mm,
-                                                             double least_last_mm);
-
 }  // namespace panelcal::sieb_meyer

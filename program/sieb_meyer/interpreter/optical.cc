@@ -1,109 +1,98 @@
 // SPDX-License-Identifier: Apache-2.0
 // The optical orders of a line: G30 to G36, G39, M75.
-#include <algorithm>
 #include <utility>
 
-#include "program/sieb_meyer/interpreter/interpreter.h"
+#include "program/sieb_meyer/interpreter/parts.h"
 
 namespace panelcal::sieb_meyer {
 
-TargetPlace Interpreter::target_place(const Block& block, Command command) {
+TargetPlace target_place(Walk& walk, const Block& block, Command command) {
   std::vector<std::int64_t> copies;
-  for (const auto& [n, i] : steps_) copies.push_back(n);
+  for (const auto& [n, i] : walk.steps) copies.push_back(n);
   return {command,
           block.line,
-          std::string(place_.pattern.path),
-          std::string(place_.pattern.sha256),
-          place_.path,
-          place_.placement(position_mm<frame::Programmed>(modal_.at_mm)),
-          place_.placement,
-          place_.work_zero,
+          std::string(walk.place.pattern.path),
+          std::string(walk.place.pattern.sha256),
+          walk.place.path,
+          walk.place.placement(position_mm<frame::Programmed>(walk.modal.at_mm)),
+          walk.place.placement,
+          walk.place.work_zero,
           std::move(copies)};
 }
 
-bool Interpreter::may_drill_target(int line) {
-  return has_tool(line) && !is_forbidden(line, modal_.at_mm);
+bool may_drill_target(Walk& walk, int line) {
+  return has_tool(walk, line) && !is_forbidden(walk, line, walk.modal.at_mm);
 }
 
-void Interpreter::optical_order(const Block& block, const Order& order) {
+void optical_order(Walk& walk, const Block& block, const Order& order) {
   const Command command = *order.camera;
-  if (modal_.motion || is_routing()) {
-    return report(Code::ContourUnclosed, block, quoted(block.text), "a T0 line before it");
-  }
-  if (pattern_) {
-    return report(
-        Code::CycleUnfinished, block, panelcal::quoted(pattern_->text), "its second point");
-  }
+  if (refuse_in_contour(walk, block) || refuse_open_pattern(walk, block)) return;
   const bool measures = command == Command::Measure || command == Command::FinishMeasure ||
                         command == Command::MeasureOffset;
   if (measures != order.has_xy()) {
-    return report(
+    return walk.reporter.report(
         Code::CoordinateMissing,
         block,
-        quoted(block.text),
         measures ? "X#Y# of the target" : code_text(command) + " in a line without X and Y");
   }
-  contour_ = Contour::None;
-  machine_at_mm_.reset();
-  move_to(order);
-  if (measures && !emitter_.count_target(block.line)) return;
-  if (measures && !is_decided(block.line)) return;
-  if (keeps_structure()) return keep_optical_order(block, command);
-  const TargetPlace target = target_place(block, command);
+  walk.contour = Contour::None;
+  walk.machine_at_mm.reset();
+  move_to(walk, order);
+  if (measures && !walk.emitter.count_target(block.line)) return;
+  if (measures && !is_decided(walk, block.line)) return;
+  if (walk.keeps_structure()) return keep_optical_order(walk, block, command);
+  const TargetPlace target = target_place(walk, block, command);
   switch (command) {
     case Command::Measure:
     case Command::FinishMeasure:
-      return optical_.measure(target);
+      return walk.optical.measure(target);
     case Command::MeasureOffset: {
-      if (optical_.is_pattern_mode()) return optical_.measure_pattern(target);
-      const auto seen = optical_.measure_hole(target);  // in both walks, whatever the tool
-      emitter_.stop_after(trial_);
-      if (seen && may_drill_target(block.line)) {
-        emitter_.set_cut(cut_at(block.line, modal_.at_mm));
-        emitter_.drill_at_target(block.line, modal_.at_mm, *seen);
-        emitter_.set_cut(base_cut_);
+      if (walk.optical.is_pattern_mode()) return walk.optical.measure_pattern(target);
+      const auto seen = walk.optical.measure_hole(target);  // in both walks, whatever the tool
+      walk.emitter.stop_after(walk.trial);
+      if (seen && may_drill_target(walk, block.line)) {
+        walk.emitter.set_cut(cut_at(walk, block.line, walk.modal.at_mm));
+        walk.emitter.drill_at_target(block.line, walk.modal.at_mm, *seen);
+        walk.emitter.set_cut(walk.base_cut);
       }
       return;
     }
     case Command::CorrectionOn:
-      return optical_.calculate(target);
+      return walk.optical.calculate(target);
     case Command::CorrectionOff:
-      return optical_.turn_off(n_blocks_);
+      return walk.optical.turn_off(walk.n_blocks);
     default:
-      return optical_.clear();
+      return walk.optical.clear();
   }
 }
 
-void Interpreter::camera_text(const Block& block, Command command) {
+void camera_text(Walk& walk, const Block& block, Command command) {
   if (block.n_words != 1) {
-    return report(
-        Code::BlockNotAlone, block, quoted(block.text), code_text(command) + " alone in its line");
+    return walk.reporter.report(
+        Code::BlockNotAlone, block, code_text(command) + " alone in its line");
   }
-  contour_ = Contour::None;
-  machine_at_mm_.reset();
+  walk.contour = Contour::None;
+  walk.machine_at_mm.reset();
   if (command == Command::CorrectionValues) {
-    if (keeps_structure()) return keep_set(block);
-    const bool is_passed =
-        optical_.organize(block, step_number(), target_place(block, Command::CorrectionValues));
+    if (walk.keeps_structure()) return keep_set(walk, block);
+    const bool is_passed = walk.optical.organize(
+        block, step_number(walk), target_place(walk, block, Command::CorrectionValues));
     if (!is_passed) return;
-    return emitter_.put(block.line,
-                        Setting{.text = block.text,
-                                .kind = SettingKind::Vision,
-                                .is_unperformed = optical_.is_unperformed(block.line)});
+    return walk.emitter.put(block.line,
+                            Setting{.text = block.text,
+                                    .kind = SettingKind::Vision,
+                                    .is_unperformed = walk.optical.is_unperformed(block.line)});
   }
   if (command == Command::CameraByte) {
     const auto byte = parse_count(block.argument);
     if (!byte || *byte > 255) {
-      return reporter_.report(Code::ArgumentInvalid,
-                              block.line,
-                              block.argument_column,
-                              quoted(block.argument),
-                              "G35,# with a byte, 0 to 255");
+      return walk.reporter.report(
+          Code::ArgumentInvalid, block.of_argument(), "G35,# with a byte, 0 to 255");
     }
-    optical_.select_tool(*byte);
-    if (keeps_structure()) return emitter_.put(block.line, VisionTool{*byte});
+    walk.optical.select_tool(*byte);
+    if (walk.keeps_structure()) return walk.emitter.put(block.line, VisionTool{*byte});
   }
-  emitter_.put(block.line, Setting{block.text, SettingKind::Vision});
+  walk.emitter.put(block.line, Setting{block.text, SettingKind::Vision});
 }
 
 }  // namespace panelcal::sieb_meyer

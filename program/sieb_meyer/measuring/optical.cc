@@ -51,7 +51,6 @@ void OpticalSession::measure(const TargetPlace& target) {
   if (requested_) {
     reporter_.report(Code::CommandMisplaced,
                      target.line,
-                     1,
                      fmt::format("{} measures a target behind {}, whose targets may count again",
                                  code_text(target.command),
                                  request_text()),
@@ -79,7 +78,6 @@ ObservedAxes OpticalSession::seen_axis(const TargetPlace& target, bool is_x) {
   if (axis.x() > kRounding && axis.y() > kRounding) {
     reporter_.report(Code::NotSupported,
                      target.line,
-                     1,
                      "a slot is measured in a program that is turned by less than a quarter",
                      "slots along the board's axes (measurement mode 5)");
     measuring_.stop();
@@ -99,7 +97,6 @@ void OpticalSession::add_point(const TargetPlace& target,
       if (layers_.size() == kMostLayers) {
         reporter_.report(Code::SeriesUnfinished,
                          target.line,
-                         1,
                          fmt::format("a target of more than {} layers", kMostLayers),
                          "G33 for its last layer");
         measuring_.stop();
@@ -158,7 +155,6 @@ void OpticalSession::measure_pattern(const TargetPlace& target) {
   if (pattern_.points.size() == kMostPoints) {
     reporter_.report(Code::CommandMisplaced,
                      target.line,
-                     1,
                      "a third G36 in one pattern",
                      "at most two measuring points in a pattern under CAMA");
     measuring_.stop();
@@ -203,7 +199,6 @@ bool OpticalSession::has_open_layers(std::string_view order, int line) {
   if (layers_.empty()) return false;
   reporter_.report(Code::SeriesUnfinished,
                    line,
-                   1,
                    fmt::format("{} comes after {} layers of a target", order, layers_.size()),
                    "G33 for its last layer");
   measuring_.stop();
@@ -249,14 +244,13 @@ void OpticalSession::calculate(const TargetPlace& place) {
   if (has_open_layers("G31", place.line)) return;
   if (points_.empty() && !base_) {
     reporter_.report(
-        Code::CorrectionMissing, place.line, 1, "G31 without measurements", "G32 before it");
+        Code::CorrectionMissing, place.line, "G31 without measurements", "G32 before it");
     measuring_.stop();
     return;
   }
   if (requested_ && base_ != requested_->i_series) {
     reporter_.report(Code::CommandMisplaced,
                      place.line,
-                     1,
                      fmt::format("G31 comes behind {} and a G39,LOAD of other values, of which it "
                                  "may mean either",
                                  request_text()),
@@ -319,7 +313,6 @@ void OpticalSession::end_program(int line) {
   const MeasurementRequest& first = measuring_.measurement(measurements_.front()).request;
   reporter_.report(Code::SeriesUnfinished,
                    line,
-                   1,
                    fmt::format("no command uses the measurements since line {}{}",
                                first.line,
                                first.file.empty() ? "" : " of " + first.file),

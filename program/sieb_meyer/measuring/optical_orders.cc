@@ -77,8 +77,7 @@ bool OpticalSession::organize(const Block& block, int step, const TargetPlace& p
 /// one where no target came since. It is in force, as what G39,LOAD gets.
 void OpticalSession::request_correction(const Block& block, const TargetPlace& place) {
   const auto refuse = [&](Code code, std::string what, std::string expected) {
-    reporter_.report(
-        code, block.line, block.column, quoted(block.text) + what, std::move(expected));
+    reporter_.report(code, block.with(quoted(block.text) + what), std::move(expected));
     measuring_.stop();
   };
   if (mode_ != 3) {
@@ -117,7 +116,6 @@ void OpticalSession::note_stroke(int line) {
   requested_->is_assumed_on = false;
   reporter_.report(Code::CorrectionAssumed,
                    line,
-                   1,
                    request_text() + " is taken to turn the correction on",
                    "G31 behind it");
 }
@@ -130,11 +128,7 @@ void OpticalSession::note_measured(std::vector<std::size_t> measurements) {
 /// True if the deviation that an order stores is one of the offset in force, and is used only once.
 bool OpticalSession::may_move_offset(const Block& block) {
   const auto refuse = [&](std::string_view what, std::string expected) {
-    reporter_.report(Code::CommandMisplaced,
-                     block.line,
-                     block.column,
-                     fmt::format("{} {}", quoted(block.text), what),
-                     std::move(expected));
+    reporter_.report(Code::CommandMisplaced, block, fmt::format(" {}", what), std::move(expected));
     measuring_.stop();
     return false;
   };
@@ -188,20 +182,17 @@ std::optional<OffsetCorrection> OpticalSession::deviation_of_last(const Block& b
   auto deviation = offset_deviation(measured, options_.uncertainty);
   if (!deviation) {
     reporter_.report(Code::CorrectionMissing,
-                     block.line,
-                     block.column,
-                     quoted(block.text) + " has no measured offset to store",
+                     block,
+                     " has no measured offset to store",
                      "G32 at a hole that this spindle drilled, before it");
     return std::nullopt;
   }
   const double chance = scatter_chance(measured, options_.uncertainty);
   if (!(chance < kScatterChance)) return deviation;
   reporter_.report(Code::CalibrationRefused,
-                   block.line,
-                   block.column,
-                   fmt::format("{}: the holes measured for it lie farther apart than [uncertainty] "
+                   block,
+                   fmt::format(": the holes measured for it lie farther apart than [uncertainty] "
                                "allows (chance {:.1e}, limit {})",
-                               quoted(block.text),
                                chance,
                                kScatterChance),
                    "sound holes that this spindle drilled");
@@ -247,11 +238,8 @@ bool OpticalSession::move_offset(const Block& block,
 
 void OpticalSession::save(const Block& block, int slot, bool has_number, const TargetPlace& place) {
   if (!base_ && !pattern_.nested) {
-    reporter_.report(Code::CorrectionMissing,
-                     block.line,
-                     block.column,
-                     quoted(block.text) + " without a correction to save",
-                     "G32 and G31 before it");
+    reporter_.report(
+        Code::CorrectionMissing, block, " without a correction to save", "G32 and G31 before it");
     measuring_.stop();
     return;
   }
@@ -265,9 +253,8 @@ void OpticalSession::load(const Block& block, int slot, const TargetPlace& place
   const auto found = saved_.find(slot);
   if (found == saved_.end()) {
     reporter_.report(Code::CorrectionMissing,
-                     block.line,
-                     block.column,
-                     fmt::format("{}: location {} is empty", quoted(block.text), slot),
+                     block,
+                     fmt::format(": location {} is empty", slot),
                      "G39,SAVE earlier in the program");
     measuring_.stop();
     return;
@@ -279,11 +266,8 @@ void OpticalSession::load(const Block& block, int slot, const TargetPlace& place
   if (asks_by_step && !set.has_number && !is_same) {
     reporter_.report(
         Code::StoredElsewhere,
-        block.line,
-        block.column,
-        fmt::format("{} takes a set that line {} saved in other sections or at another "
-                    "zero",
-                    quoted(block.text),
+        block,
+        fmt::format(" takes a set that line {} saved in other sections or at another zero",
                     set.line),
         "the same sections and offsets as where it was saved");
     measuring_.stop();

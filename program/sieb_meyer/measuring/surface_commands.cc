@@ -47,7 +47,7 @@ SurfaceSession::SurfaceSession(const Settings& settings,
 }
 
 void SurfaceSession::stop(Code code, int line, std::string what, std::string expected) {
-  reporter_.report(code, line, 1, std::move(what), std::move(expected));
+  reporter_.report(code, line, std::move(what), std::move(expected));
   must_stop_ = true;
 }
 
@@ -287,7 +287,6 @@ bool SurfaceSession::fill_gaps(int line) {
     node.line = line;
     reporter_.report(Code::GridFilled,
                      line,
-                     1,
                      fmt::format("the grid has no point at {}", place_text(node.place.in_mm())),
                      "all nodes ([surface] fill_gaps lets some be missing)");
     points_.push_back({node.place.in_mm(), node.heights});
@@ -339,7 +338,7 @@ std::optional<SurfaceSession::GridSurface> SurfaceSession::grid_surface_at(
            fmt::format("at most {:.3f} mm ([surface] grid_hold_mm)", settings_.grid_hold.in_mm()));
       return std::nullopt;
     }
-    reporter_.report(Code::GridOutside, line, 1, what);
+    reporter_.report(Code::GridOutside, line, what);
   }
   GridSurface surface;
   surface.heights = heights_of(found.heights);

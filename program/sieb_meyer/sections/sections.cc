@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/sieb_meyer/sections/sections.h"
 
-#include <algorithm>
 #include <optional>
 #include <string>
 #include <utility>
@@ -69,7 +68,7 @@ class Scanner {
   }
 
   void refuse(Code code, int line, std::string what, std::string expected) {
-    reporter_.report(code, line, 1, std::move(what), std::move(expected));
+    reporter_.report(code, line, std::move(what), std::move(expected));
     out_.is_sound = false;
   }
   Section& section(int i) { return out_.sections[static_cast<std::size_t>(i)]; }
@@ -128,11 +127,7 @@ class Scanner {
     const bool is_behind_offsets =
         row_begin_ || (open_.empty() ? implicit_ >= 0 : section(open_.back()).is_offset());
     if (!is_behind_offsets) return;
-    reporter_.report(Code::BlockSyntax,
-                     line.number,
-                     fault.column,
-                     quoted(fault.text),
-                     std::string(fault.expected));
+    reporter_.report_syntax(line.number, fault);
     out_.is_sound = false;
   }
 
@@ -250,11 +245,8 @@ class Scanner {
       out = number.value;
       return true;
     }
-    reporter_.report(Code::NumberMalformed,
-                     block_.line,
-                     word.column,
-                     quoted(word.text()),
-                     expectation(number.problem, rules_.format));
+    reporter_.report(
+        Code::NumberMalformed, block_.of(word), expectation(number.problem, rules_.format));
     out_.is_sound = false;
     return false;
   }
@@ -355,11 +347,7 @@ class Scanner {
   }
 
   void refuse_word(const Word& word, std::string expected, Code code = Code::ArgumentInvalid) {
-    reporter_.report(code,
-                     block_.line,
-                     word.column,
-                     quoted(word.text()) + " in " + quoted(block_.text),
-                     std::move(expected));
+    reporter_.report(code, block_.in(word), std::move(expected));
     out_.is_sound = false;
   }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string_view>
@@ -11,7 +10,6 @@
 #include "program/sieb_meyer/text/numbers.h"
 #include "program/text/source_text.h"
 #include "program/walk/reporter.h"
-#include <Eigen/Core>
 
 namespace panelcal::sieb_meyer {
 

@@ -4,7 +4,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 
 #include "program/text/number_format.h"
 #include <fmt/format.h>
@@ -13,8 +12,8 @@ namespace panelcal::sieb_meyer {
 namespace {
 
 constexpr auto kTable = std::to_array<CncInfo>({
-#define SIEB_MEYER_CNC(name, text, treatment, effect) \
-  {CncCode::name, text, Treatment::treatment, effect},
+#define SIEB_MEYER_CNC(name, text, treatment, numbers, effect) \
+  {CncCode::name, text, Treatment::treatment, CncNumbers::numbers, effect},
 #include "program/sieb_meyer/text/cnc_commands.def"
 });
 
@@ -27,52 +26,12 @@ bool ends_name(std::string_view rest, Treatment treatment) {
   return !is_letter || c == 'X' || c == 'Y' || (c == 'T' && treatment == Treatment::Passed);
 }
 
-/// The numbers behind the name of a command.
-enum class CncNumbers : std::uint8_t {
-  NoLengths,  ///< modes, counts, tools, times
-  Length,     ///< one, at the end
-  Tolerance,  ///< the same: the most that is allowed
-  Place,      ///< one or two, behind X and Y
-  Undescribed,
-};
-
+/// Check holes are at places, but for a list of tools.
 CncNumbers numbers_of(const CncCommand& command) {
-  switch (command.info->code) {
-    case CncCode::NibbleRoughness:
-    case CncCode::ReferenceBottom:
-    case CncCode::ReferenceTop:
-    case CncCode::DetectBottom:
-    case CncCode::DetectTop:
-      return CncNumbers::Length;
-    case CncCode::ToleranceBottom:
-    case CncCode::ToleranceTop:
-    case CncCode::ToleranceMap:
-      return CncNumbers::Tolerance;
-    case CncCode::ProgramZero:
-    case CncCode::ScaleCenter:
-      return CncNumbers::Place;
-    case CncCode::CheckHoles:  // places, but for a list of tools
-      return command.argument.find_first_not_of("T0123456789") == std::string_view::npos
-                 ? CncNumbers::NoLengths
-                 : CncNumbers::Undescribed;
-    // Axes, factors, angles, runs, times, tools and texts.
-    case CncCode::AxisVersion:
-    case CncCode::Scale:
-    case CncCode::Rotation:
-    case CncCode::CameraMode:
-    case CncCode::CameraTime:
-    case CncCode::CameraNumber:
-    case CncCode::BreakageOff:
-    case CncCode::ToolBottom:
-    case CncCode::ToolTop:
-    case CncCode::PeckMode:
-    case CncCode::OperatorText:
-    case CncCode::ToolNumbers:
-    case CncCode::RoutVersion:
-      return CncNumbers::NoLengths;
-    default:
-      return CncNumbers::Undescribed;
-  }
+  const bool lists_tools =
+      command.info->code == CncCode::CheckHoles &&
+      command.argument.find_first_not_of("T0123456789") == std::string_view::npos;
+  return lists_tools ? CncNumbers::NoLengths : command.info->numbers;
 }
 
 /// The double of a product of decimals may lie a hair below the decimal that is meant.
@@ -85,15 +44,8 @@ double rounded_down(double value, int n_decimals) {
 }  // namespace
 
 std::string_view name(Treatment treatment) {
-  switch (treatment) {
-    case Treatment::Obeyed:
-      return "obeyed";
-    case Treatment::Passed:
-      return "passed on";
-    case Treatment::Refused:
-      return "refused";
-  }
-  return "";
+  constexpr std::array<std::string_view, 3> kNames = {"obeyed", "passed on", "refused"};
+  return kNames[static_cast<std::size_t>(treatment)];
 }
 
 std::span<const CncInfo> cnc_table() {
@@ -115,7 +67,8 @@ std::optional<CncCommand> find_cnc_command(std::string_view text) {
 
 bool states_lengths(const CncCommand& command) {
   const CncNumbers numbers = numbers_of(command);
-  return numbers != CncNumbers::NoLengths && numbers != CncNumbers::Undescribed;
+  return numbers == CncNumbers::Length || numbers == CncNumbers::Tolerance ||
+         numbers == CncNumbers::Place;
 }
 
 std::optional<std::string> command_in_mm(std::string_view text, Length unit, int n_decimals) {

@@ -13,7 +13,7 @@
 namespace panelcal::sieb_meyer {
 
 enum class CncCode : std::uint8_t {
-#define SIEB_MEYER_CNC(name, text, treatment, effect) name,
+#define SIEB_MEYER_CNC(name, ...) name,
 #include "program/sieb_meyer/text/cnc_commands.def"
 };
 
@@ -21,10 +21,21 @@ enum class Treatment : std::uint8_t { Obeyed, Passed, Refused };
 
 std::string_view name(Treatment treatment);
 
+/// The numbers behind the name of a command.
+enum class CncNumbers : std::uint8_t {
+  Nothing,    ///< the name stands alone
+  NoLengths,  ///< axes, factors, angles, runs, times, tools and texts
+  Length,     ///< one, at the end
+  Tolerance,  ///< the same: the most that is allowed
+  Place,      ///< one or two, behind X and Y
+  Undescribed,
+};
+
 struct CncInfo {
   CncCode code;
   std::string_view name;
   Treatment treatment;
+  CncNumbers numbers;
   std::string_view effect;
 };
 

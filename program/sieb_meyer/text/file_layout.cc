@@ -2,9 +2,6 @@
 #include "program/sieb_meyer/text/file_layout.h"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
-#include <cmath>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -43,7 +40,7 @@ class TableReader {
       if (text.empty()) continue;
       if (is_closed) {
         reporter_.report(
-            Code::TextAfterEnd, line.number, 1, quoted(line.text), "nothing behind the tool table");
+            Code::TextAfterEnd, line.number, quoted(line.text), "nothing behind the tool table");
         return;
       }
       if (text == "$") {
@@ -301,6 +298,15 @@ FileLayout read_layout(const SourceText& source, DiagnosticLog& log, const ReadO
     reporter.report_end_missing(source.bytes, "$ and the tool table");
   }
   return layout;
+}
+
+std::string FileLayout::reading() const {
+  return fmt::format("{}, {} (line {}{}{})",
+                     name(Dialect::SiebMeyer),
+                     number_summary(),
+                     head_line,
+                     format_evidence.empty() ? "" : "; ",
+                     format_evidence);
 }
 
 const FileLayout& layout_of(const Program& program) {

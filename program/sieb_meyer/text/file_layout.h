@@ -48,6 +48,7 @@ struct FileLayout : ProgramHead {
     return numbers.unit == LengthUnit::Inch ? kInchFormat : kMetricFormat;
   }
   std::string number_summary() const override { return summary(numbers); }
+  std::string reading() const override;
 };
 
 /// A line of two percent signs, with or without a format, comes before anything that opens an

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/sieb_meyer/text/lexer.h"
 
-#include <algorithm>
 #include <cstddef>
 
 #include "program/text/gaps.h"
@@ -11,7 +10,8 @@ namespace panelcal::sieb_meyer {
 namespace {
 
 constexpr auto kSiebMeyerCommands = std::to_array<CommandInfo>({
-#define SIEB_MEYER_COMMAND(name, letter, number, kind, operands, formats, section, effect, test) \
+#define SIEB_MEYER_COMMAND(                                                        \
+    name, letter, number, kind, operands, formats, section, effect, test, meaning) \
   {Command::name, letter, number, CommandClass::kind, operands, formats, section, effect, test},
 #include "program/sieb_meyer/text/commands.def"
 });

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -10,14 +9,14 @@
 
 #include "program/model/command_class.h"
 #include "program/sieb_meyer/text/numbers.h"
+#include "program/text/block.h"
 #include "program/text/source_text.h"
 #include "program/text/word.h"
 
 namespace panelcal::sieb_meyer {
 
 enum class Command : std::uint8_t {
-#define SIEB_MEYER_COMMAND(name, letter, number, kind, operands, formats, section, effect, test) \
-  name,
+#define SIEB_MEYER_COMMAND(name, ...) name,
 #include "program/sieb_meyer/text/commands.def"
 };
 
@@ -64,28 +63,9 @@ bool is_routing(Command command);
 /// Nothing may follow it in its line.
 bool is_camera(Command command);
 
-/// One program line as words, left to right.
-struct Block {
-  static constexpr std::size_t kMaxWords = 32;
-
-  int line = 0;
-  std::string_view text;  ///< the line without blanks at either end
-  int column = 1;         ///< of the first character of text
-  std::array<Word, kMaxWords> words;
-  std::size_t n_words = 0;
-  /// The text behind the comma of a last word that takes one (M97,text), blanks at its ends
-  /// removed.
-  std::string_view argument;
-  int argument_column = 0;  ///< 0: there is none
-
-  std::span<const Word> all() const { return {words.data(), n_words}; }
-};
-
-struct LexFault {
-  int column = 0;
-  std::string_view text;
-  std::string_view expected;
-};
+/// One program line. Its argument is the text behind a last word that takes one (M97,text), blanks
+/// at its ends removed.
+using Block = WordBlock<32>;
 
 /// Splits a line into words. A word is a letter A to Z and characters of `+-.0123456789`; blanks
 /// between words are skipped, a comment in brackets ends the line. M47, M49, M75, M76, M97, M98,

@@ -33,11 +33,7 @@ class OrderReader {
 
  private:
   void refuse(Code code, const Word& word, std::string expected) {
-    reporter_.report(code,
-                     block_.line,
-                     word.column,
-                     quoted(word.text()) + " in " + quoted(block_.text),
-                     std::move(expected));
+    reporter_.report(code, block_.in(word), std::move(expected));
     is_good_ = false;
   }
 
@@ -61,11 +57,7 @@ class OrderReader {
   template <class T, class V>
   void set(std::optional<T>& to, V value, const Word& word) {
     if (to) {
-      reporter_.report(Code::WordRepeated,
-                       block_.line,
-                       word.column,
-                       quoted(word.text()) + " in " + quoted(block_.text),
-                       "each once in a line");
+      reporter_.report(Code::WordRepeated, block_.in(word), "each once in a line");
     }
     to = value;
   }
@@ -220,109 +212,32 @@ class OrderReader {
     take(word, *found);
   }
 
-  void take(const Word& word, Command command) {
-    switch (command) {
-      case Command::OpenSection:
-      case Command::CloseSection:
-      case Command::Offset:
-      case Command::OffsetTurned:
-      case Command::OffsetMirrorX:
-      case Command::OffsetMirrorY:
-      case Command::OffsetHalfTurn:
-        return;
-      case Command::CorrectionOff:
-      case Command::CorrectionOn:
-      case Command::Measure:
-      case Command::FinishMeasure:
-      case Command::CorrectionClear:
-      case Command::MeasureOffset:
-        return set(order_.camera, command, word);
-      case Command::CameraByte:
-      case Command::CorrectionValues:
-      case Command::UserMessage:
-      case Command::CncCommand:
-      case Command::CameraText:
-      case Command::DeviceText:
-      case Command::TextX:
-      case Command::TextY:
-      case Command::Subprogram:
-        if (block_.argument.empty()) {
-          return refuse(Code::ArgumentInvalid, word, code_text(command) + ",text");
-        }
-        order_.text = command;
-        return;
-      case Command::SurfaceOff:
-      case Command::SurfaceOn:
-        order_.suspends_depth_control = false;
-        return set(order_.slm, command == Command::SurfaceOn, word);
-      case Command::SurfaceClear:
-      case Command::SurfaceDetect:
-      case Command::SurfaceAverage:
-      case Command::ProbeRetract:
-      case Command::DepthRecord:
-      case Command::GridReference:
-      case Command::GridPoint:
-        return set(order_.surface, command, word);
-      case Command::NibbleCircle:
-      case Command::NibbleSlot:
-        return set(order_.nibble, command, word);
-      case Command::CheckAreaX:
-      case Command::CheckAreaY:
-      case Command::ForbiddenArea:
-        return set(order_.area, command, word);
-      case Command::MachineZero:
-      case Command::ParkPosition:
-        return set(order_.stop, command, word);
-      default:
-        return is_routing(command) ? set(order_.motion, command, word) : take_mode(word, command);
+  void take_text(const Word& word, Command command) {
+    if (block_.argument.empty()) {
+      return refuse(Code::ArgumentInvalid, word, code_text(command) + ",text");
     }
+    order_.text = command;
   }
 
-  void take_mode(const Word& word, Command command) {
+  void switch_slm(const Word& word, bool is_on) {
+    order_.suspends_depth_control = false;
+    set(order_.slm, is_on, word);
+  }
+
+  void switch_depth_control(const Word& word, bool is_on) {
+    order_.suspends_depth_control = !is_on;
+    set(order_.depth_control, is_on, word);
+  }
+
+  /// commands.def has the meaning of each.
+  void take(const Word& word, Command command) {
     switch (command) {
-      case Command::CompensationOff:
-        return set(order_.side, CompensationSide::Off, word);
-      case Command::CompensationLeft:
-        return set(order_.side, CompensationSide::Left, word);
-      case Command::CompensationRight:
-        return set(order_.side, CompensationSide::Right, word);
-      case Command::Absolute:
-      case Command::Incremental:
-        return set(order_.incremental, command == Command::Incremental, word);
-      case Command::ScalingOff:
-      case Command::ScalingOn:
-        return set(order_.is_scaled, command == Command::ScalingOn, word);
-      case Command::DepthControlOff:
-      case Command::DepthControlOn:
-        order_.suspends_depth_control = command == Command::DepthControlOff;
-        return set(order_.depth_control, command == Command::DepthControlOn, word);
-      case Command::PeckOff:
-      case Command::PeckOn:
-        return set(order_.peck, command == Command::PeckOn, word);
-      case Command::PulseOff:
-      case Command::PulseOn:
-        return set(order_.pulse, command == Command::PulseOn, word);
-      case Command::BreakageOff:
-      case Command::BreakageOn:
-        return set(order_.checks_breakage, command == Command::BreakageOn, word);
-      case Command::Ramp:
-        order_.is_ramp = true;
-        return;
-      case Command::CutArea:
-        order_.clears_area = true;
-        return;
-      case Command::FinishRouting:
-        order_.finishes = true;
-        return;
-      case Command::SurfaceSkip:
-        order_.skips_surface = true;
-        return;
-      case Command::OptionalStop:
-        order_.may_stop = true;
-        return;
-      default:
-        order_.functions.push_back(command);
-        return;
+#define SIEB_MEYER_COMMAND(                                                        \
+    name, letter, number, kind, operands, formats, section, effect, test, meaning) \
+  case Command::name:                                                              \
+    meaning;                                                                       \
+    return;
+#include "program/sieb_meyer/text/commands.def"
     }
   }
 

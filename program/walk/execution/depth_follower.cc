@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/walk/execution/depth_follower.h"
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
 

@@ -130,7 +130,7 @@ std::optional<SeriesAssignment> Measuring::settle(std::span<const std::size_t> m
   auto assignment = assign_series(targets, limits_of(level));
   if (assignment) panelcal::settle(*assignment, targets);
   const bool is_open = assignment && !assignment->is_certain();
-  if (is_open) reporter_.report(Code::SeriesAmbiguous, line, 1, assignment->text());
+  if (is_open) reporter_.report(Code::SeriesAmbiguous, line, assignment->text());
   for (std::size_t k = 0; k < targets.size(); ++k) {
     const bool is_lost = targets[k].status != MeasurementStatus::Found;
     if (is_lost && !is_open && may_be_chosen(targets[k])) report_lost(targets[k]);
@@ -192,7 +192,6 @@ void Measuring::focus(const MeasurementRequest& request) {
   if (!found.is_found) {
     reporter_.report(Code::FocusNotFound,
                      request.line,
-                     1,
                      fmt::format("{} at ({:.4f}, {:.4f}) mm: {}",
                                  request.command,
                                  request.expected.in_mm().x(),
@@ -256,7 +255,6 @@ void Measuring::gate_hole(const Measurement& measurement, CorrectionLevel level)
   if (!limits.offset || offset <= *limits.offset) return;
   reporter_.report(Code::GateFailed,
                    request.line,
-                   1,
                    fmt::format("{} target at nominal ({:.4f}, {:.4f}) mm is {:.3f} mm from its "
                                "expected place, limit {:.3f} mm",
                                request.command,
@@ -419,7 +417,6 @@ void Measuring::activate(std::size_t i_series, int line) {
     reporter_.report(
         Code::NestedBaseChanged,
         line,
-        1,
         fmt::format("the nested correction measured in line {} was relative to another "
                     "base correction than the one in force",
                     series.line),

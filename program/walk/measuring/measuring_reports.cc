@@ -52,7 +52,6 @@ void Measuring::report_lost(const Measurement& measurement) {
   const MeasurementRequest& request = measurement.request;
   reporter_.report(lost_code(measurement.status),
                    request.line,
-                   1,
                    fmt::format("{} target {} at nominal ({:.4f}, {:.4f}) mm{}{}",
                                request.command,
                                request.seq,
@@ -68,7 +67,6 @@ void Measuring::report_dropped(const SeriesResult& series, std::span<const std::
     const MeasurementRequest& request = measurement(series.dropped[i]).request;
     reporter_.report(Code::TargetDropped,
                      request.line,
-                     1,
                      fmt::format("{} target at nominal ({:.4f}, {:.4f}) mm, {} others make "
                                  "the fit: {}",
                                  request.command,
@@ -94,7 +92,7 @@ void Measuring::report_fault(const SeriesResult& series, std::span<const FitPoin
                 : fmt::format("; healthy targets fit so badly with p = {:.2g}", fault.p_value);
   }
   reporter_.report(
-      fault.i_outlier ? Code::TargetSuspected : Code::SeriesInconsistent, line, 1, std::move(what));
+      fault.i_outlier ? Code::TargetSuspected : Code::SeriesInconsistent, line, std::move(what));
 }
 
 void Measuring::report_fit_failure(const SeriesResult& series, FitFailure failure) {
@@ -109,7 +107,6 @@ void Measuring::report_fit_failure(const SeriesResult& series, FitFailure failur
       const bool has_enough_targets = 2 * series.measurements.size() >= n_parameters;
       reporter_.report(Code::TargetsTooFew,
                        series.line,
-                       1,
                        what,
                        has_enough_targets
                            ? fmt::format("at least {} coordinates", n_parameters)
@@ -119,14 +116,12 @@ void Measuring::report_fit_failure(const SeriesResult& series, FitFailure failur
     case FitFailure::Degenerate:
       reporter_.report(Code::SeriesDegenerate,
                        series.line,
-                       1,
                        what,
                        "targets that neither coincide nor lie in one line");
       return;
     case FitFailure::BadCovariance:
       reporter_.report(Code::MeasurementInvalid,
                        series.line,
-                       1,
                        "a measurement of the series has no usable covariance",
                        "a positive definite matrix");
       return;
@@ -137,7 +132,6 @@ void Measuring::report_unbendable(const SeriesResult& series) {
   reporter_.report(
       Code::TargetsTooFew,
       series.line,
-      1,
       fmt::format("{} targets from line {} do not determine the model \"smooth\"",
                   series.points.size(),
                   series.line),
@@ -147,7 +141,6 @@ void Measuring::report_unbendable(const SeriesResult& series) {
 void Measuring::report_folded(const SeriesResult& series) {
   reporter_.report(Code::PanelFolded,
                    series.line,
-                   1,
                    fmt::format("{} targets", series.points.size()),
                    "targets that were not taken for one another, or an affine [vision] model");
 }
@@ -155,7 +148,6 @@ void Measuring::report_folded(const SeriesResult& series) {
 void Measuring::report_nested_on_smooth(const SeriesResult& series) {
   reporter_.report(Code::NestedOnSmooth,
                    series.line,
-                   1,
                    fmt::format("nested series from line {}", series.line),
                    "[vision] model = \"affine\" or a stiffer one, or no nested series");
 }
@@ -163,7 +155,6 @@ void Measuring::report_nested_on_smooth(const SeriesResult& series) {
 void Measuring::report_mirrored(const SeriesResult& series) {
   reporter_.report(Code::PanelMirrored,
                    series.line,
-                   1,
                    fmt::format("{} targets of the series", series.measurements.size()),
                    "the panel the right way up, or mirror = \"off\" in [gates]");
 }
@@ -181,7 +172,6 @@ void Measuring::report_gates(const SeriesResult& series, std::span<const FitPoin
                                          request.nominal.in_mm().y());
     reporter_.report(Code::GateFailed,
                      gate.i_target ? request.line : series.line,
-                     1,
                      what,
                      gate.gate == "rotation" ? turn_remedy(series) : "");
   }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/writers/excellon/stored_operations.h"
 
-#include <utility>
 #include <variant>
 
 #include "program/geometry/plane_vectors.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Corrections that a SIEB & MEYER program saves and loads (G39), as M50, M51 and M52.
-#include <string>
 #include <utility>
 
 #include "program/writers/excellon/writer.h"

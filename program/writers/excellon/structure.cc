@@ -2,7 +2,6 @@
 // Patterns and vision commands, where structure is kept.
 #include <charconv>
 #include <cmath>
-#include <string>
 #include <utility>
 
 #include "calib/base/append_format.h"

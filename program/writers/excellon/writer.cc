@@ -37,18 +37,6 @@ char* write_digits_with_point(char* at, double value, int n_decimals) {
   return std::find(at, end, '.') != end ? end : std::ranges::copy(kPoint, end).out;
 }
 
-template <class T>
-bool body_differs(const std::optional<T>& body, const std::optional<T>& header) {
-  return body && header && *body != *header;
-}
-
-bool contradicts(const Tool& body, const Tool& header) {
-  return body_differs(body.diameter, header.diameter) || body_differs(body.infeed, header.infeed) ||
-         body_differs(body.retract, header.retract) || body_differs(body.speed, header.speed) ||
-         body_differs(body.max_hits, header.max_hits) ||
-         body_differs(body.depth_offset, header.depth_offset);
-}
-
 }  // namespace
 
 ExcellonWriter::ExcellonWriter(ByteSink& bytes, ProgramWriterOptions options)
@@ -234,11 +222,6 @@ void ExcellonWriter::append_point(const Eigen::Vector2d& p_mm, std::string_view 
   text().append(chars.data(), static_cast<std::size_t>(end - chars.data()));
 }
 
-void ExcellonWriter::line(std::string_view block) {
-  text() += block;
-  text() += '\n';
-}
-
 // --- drilling ----------------------------------------------------------------------------------
 
 /// A tool's data are repeated where the header does not say the same: the body had them.
@@ -246,7 +229,7 @@ void ExcellonWriter::write(const ToolChange& change) {
   table_feed_.reset();
   const auto defined = info().tools.find(change.tool.number);
   const bool is_allowed = info().body_rules || overrides_rates_;
-  if (!is_allowed && defined != info().tools.end() && contradicts(change.tool, defined->second)) {
+  if (!is_allowed && defined != info().tools.end() && contradict(change.tool, defined->second)) {
     fail(
         {Code::NotSupported,
          place(),

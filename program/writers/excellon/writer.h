@@ -5,7 +5,6 @@
 #include <map>
 #include <optional>
 #include <set>
-#include <string>
 #include <string_view>
 #include <vector>
 
@@ -56,7 +55,6 @@ class ExcellonWriter final : public ProgramWriter {
   void close_header(std::string_view mark);
   void go_to_drill_mode();
   void put_table_feed(Feed feed, bool is_default);
-  void line(std::string_view block);
   void put_now(const Operation& operation);
 
   void write(const ToolChange& change);

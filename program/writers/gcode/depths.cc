@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Depths and feeds of a tool: as the program says, else as [gcode] does, else not at all.
-#include <string>
 
 #include "program/writers/gcode/writer.h"
 #include <fmt/format.h>

@@ -2,7 +2,6 @@
 // Stops, messages and the machine's own events in G-code.
 #include <algorithm>
 #include <string>
-#include <utility>
 
 #include "program/model/tool_links.h"
 #include "program/writers/foreign_settings.h"
@@ -29,7 +28,7 @@ std::string shown(std::string_view text) {
 void GcodeWriter::comment(std::string_view words) {
   std::string rest = printable(words);
   do {
-    say("; " + rest.substr(0, kMaxEventCharacters));
+    line("; " + rest.substr(0, kMaxEventCharacters));
     rest.erase(0, kMaxEventCharacters);
   } while (!rest.empty());
 }
@@ -40,14 +39,14 @@ void GcodeWriter::park(const std::optional<Position<frame::Machine>>& place) {
   if (height_ != Height::Unknown || place) {
     if (height_ == Height::Down || height_ == Height::Unknown) rise();
     if (setting_.change_z && *setting_.change_z > setting_.safe_z && height_ != Height::Change) {
-      say("G0 " + word('Z', steps(setting_.change_z->in_mm())));
+      line("G0 " + word('Z', steps(setting_.change_z->in_mm())));
       height_ = Height::Change;
     }
   }
   stop_spindle();
   if (!place) return;
   told_ = place_of(*place);
-  say("G0 " + words(*told_));
+  line("G0 " + words(*told_));
 }
 
 /// For an operator, who may put a hand between.
@@ -58,7 +57,7 @@ void GcodeWriter::pause(std::string_view code,
            "it before the contour, or behind");
   }
   park(place);
-  say(code);
+  line(code);
 }
 
 /// A program behind % of the header waits for START anyway.
@@ -87,7 +86,7 @@ void GcodeWriter::write(const Message& message) {
     const auto end = rest.find('\n');
     std::string text = shown(rest.substr(0, end));
     do {
-      say("(MSG, " + text.substr(0, kMaxEventCharacters) + ")");
+      line("(MSG, " + text.substr(0, kMaxEventCharacters) + ")");
       text.erase(0, kMaxEventCharacters);
     } while (!text.empty());
     if (end == std::string_view::npos) break;
@@ -100,7 +99,7 @@ void GcodeWriter::write(const Message& message) {
 void GcodeWriter::change_expired(const Function& expired) {
   if (!expired.next_tool) {
     park({});
-    say(fmt::format("(MSG, T{} is used up: a fresh one)", expired.tool));
+    line(fmt::format("(MSG, T{} is used up: a fresh one)", expired.tool));
     pause("M0");
     height_ = Height::Unknown;
     told_.reset();

@@ -48,11 +48,6 @@ std::string GcodeWriter::words(const Place& at) const {
   return word('X', at[0]) + ' ' + word('Y', at[1]);
 }
 
-void GcodeWriter::say(std::string_view block) {
-  text() += block;
-  text() += '\n';
-}
-
 /// A cutting move, with the feed where it changes.
 void GcodeWriter::say_move(std::string_view code, std::string_view rest, Feed feed) {
   const std::string rate = "F" + number(feed.in_mm_s() * 60, kMmDecimals);
@@ -61,20 +56,20 @@ void GcodeWriter::say_move(std::string_view code, std::string_view rest, Feed fe
   block += rest;
   if (rate != feed_) block += ' ' + rate;
   feed_ = rate;
-  say(block);
+  line(block);
 }
 
 void GcodeWriter::leave_cycle() {
   if (cycle_.empty()) return;
   cycle_.clear();
-  say("G80");
+  line("G80");
 }
 
 /// To where the tool may go anywhere. Nothing moves sideways before.
 void GcodeWriter::rise() {
   if (height_ == Height::Safe) return;
   leave_cycle();
-  say("G0 " + word('Z', steps(setting_.safe_z.in_mm())));
+  line("G0 " + word('Z', steps(setting_.safe_z.in_mm())));
   height_ = Height::Safe;
   told_z_.reset();
 }
@@ -83,7 +78,7 @@ void GcodeWriter::rise() {
 void GcodeWriter::go_to(const Place& at) {
   leave_cycle();
   rise();
-  if (told_ != at) say("G0 " + words(at));
+  if (told_ != at) line("G0 " + words(at));
   told_ = at;
 }
 
@@ -96,15 +91,15 @@ bool GcodeWriter::start_spindle() {
     return false;
   }
   leave_cycle();
-  say(fmt::format("S{} M3", number(work_.speed->in_rpm(), 3)));
-  if (setting_.spin_up) say("G4 P" + number(setting_.spin_up->in_s(), 3));
+  line(fmt::format("S{} M3", number(work_.speed->in_rpm(), 3)));
+  if (setting_.spin_up) line("G4 P" + number(setting_.spin_up->in_s(), 3));
   spindle_runs_ = true;
   return true;
 }
 
 void GcodeWriter::stop_spindle() {
   if (!spindle_runs_) return;
-  say("M5");
+  line("M5");
   spindle_runs_ = false;
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "program/writers/rounded_arc.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -28,7 +29,7 @@ void GcodeWriter::begin(const ProgramInfo& info) {
   ProgramWriter::begin(info);
   lose_tool_table();
   for (const std::string& words : options().comments) comment(words);
-  say("G17 G21 G40 G54 G61 G80 G90 G91.1 G94 G98");
+  line("G17 G21 G40 G54 G61 G80 G90 G91.1 G94 G98");
 }
 
 void GcodeWriter::put(const Operation& operation) {
@@ -39,7 +40,7 @@ void GcodeWriter::put(const Operation& operation) {
 
 void GcodeWriter::end() {
   if (!has_ended_) park({});
-  if (!has_ended_) say("M2");
+  if (!has_ended_) line("M2");
 }
 
 // --- tools -------------------------------------------------------------------------------------
@@ -55,8 +56,8 @@ void GcodeWriter::take(const Tool& tool) {
   work_ = setting_.work_of(tool);
   const std::string size =
       tool.diameter ? fmt::format(" ; {:.6g} mm", tool.diameter->in_mm()) : std::string();
-  say(fmt::format("T{} M6{}", tool.number, size));
-  if (setting_.has_length_offset) say(tool.number == 0 ? "G49" : "G43");
+  line(fmt::format("T{} M6{}", tool.number, size));
+  if (setting_.has_length_offset) line(tool.number == 0 ? "G49" : "G43");
   height_ = Height::Unknown;
   told_.reset();
 }
@@ -104,7 +105,7 @@ void GcodeWriter::drill_cycle(const Place& at, Steps z, Feed infeed) {
   const std::string stroke = pecks ? ' ' + word('Q', steps(work_.peck->in_mm())) : "";
   const std::string wanted = fmt::format("{} {}{} {}", cycle, depth, stroke, infeed.in_mm_s());
   if (wanted == cycle_) {
-    say(words(at));
+    line(words(at));
   } else {
     say_move(cycle, words(at) + ' ' + depth + stroke, infeed);
     cycle_ = wanted;
@@ -123,7 +124,7 @@ void GcodeWriter::drill_moves(const Place& at, Steps z, Feed infeed) {
 
 void GcodeWriter::go_down(Steps z, Feed infeed) {
   if (height_ == Height::Safe && setting_.approach_z && *setting_.approach_z < setting_.safe_z) {
-    say("G0 " + word('Z', steps(setting_.approach_z->in_mm())));
+    line("G0 " + word('Z', steps(setting_.approach_z->in_mm())));
   }
   say_move("G1", word('Z', z), infeed);
   height_ = Height::Down;
@@ -191,9 +192,6 @@ bool GcodeWriter::write_arc(const Rout& rout, const Place& to, Feed feed, std::s
   const Eigen::Vector2d center_mm = (rout.center - options().work_zero).in_mm();
   const Eigen::Vector2d chord_mm = to_mm - from_mm;
   if (!(chord_mm.norm() > kShortest_mm)) return false;
-  const Eigen::Vector2d middle_mm = from_mm + 0.5 * chord_mm;
-  const Eigen::Vector2d along = chord_mm.normalized();
-  const Eigen::Vector2d off_mm = along * along.dot(center_mm - middle_mm);
   const double mismatch_mm = (from_mm - center_mm).norm() - (to_mm - center_mm).norm();
   if (!(std::abs(mismatch_mm) < kOneRadius_mm)) {
     fail({Code::Internal,
@@ -202,7 +200,7 @@ bool GcodeWriter::write_arc(const Rout& rout, const Place& to, Feed feed, std::s
           "one radius"});
     return true;
   }
-  const Eigen::Vector2d on_bisector_mm = center_mm - off_mm;
+  const Eigen::Vector2d on_bisector_mm = center_of_rounded(from_mm, to_mm, center_mm);
   const double radius_mm = (from_mm - on_bisector_mm).norm();
   const double bulge_mm = chord_mm.squaredNorm() / (8 * radius_mm);  // at least
   if (bulge_mm < kFlat_mm) return false;
@@ -236,7 +234,7 @@ void GcodeWriter::write(const Compensation& compensation) {
 
 void GcodeWriter::write(const Dwell& dwell) {
   leave_cycle();
-  say(fmt::format("G4 P{:.6g}", dwell.duration.in_s()));
+  line(fmt::format("G4 P{:.6g}", dwell.duration.in_s()));
 }
 
 /// Coordinates count from the zero that holds when the program begins.

@@ -115,7 +115,6 @@ class GcodeWriter final : public ProgramWriter {
   static Eigen::Vector2d in_mm(const Place& at);
   std::string word(char letter, Steps value) const;
   std::string words(const Place& at) const;
-  void say(std::string_view block);
   void say_move(std::string_view code, std::string_view rest, Feed feed);
   void leave_cycle();
   void rise();

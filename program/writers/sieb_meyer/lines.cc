@@ -40,11 +40,6 @@ bool differs_from_before(const std::optional<T>& now, const std::optional<T>& be
   return now && before && *now != *before;
 }
 
-template <class T>
-void fill_unknown(std::optional<T>& known, const std::optional<T>& said) {
-  if (!known) known = said;
-}
-
 }  // namespace
 
 /// Source SIEB & MEYER CNC 8x.00 Command Set, M49 ("remain active after the execution is
@@ -213,20 +208,10 @@ void SiebMeyerWriter::note_tool(const Tool& tool) {
       differs_from_before(tool.depth_offset, known.depth_offset)) {
     refuse(fmt::format("tool {} with another diameter or depth offset than before", tool.number),
            "one set of data for the tool");
-  } else if (differs_from_before(tool.infeed, known.infeed) ||
-             differs_from_before(tool.retract, known.retract) ||
-             differs_from_before(tool.speed, known.speed) ||
-             differs_from_before(tool.max_hits, known.max_hits) ||
-             differs_from_before(tool.dwell, known.dwell)) {
+  } else if (contradict(tool, known)) {
     lose(fmt::format("another rate, dwell or hit count of tool {} than before", tool.number));
   }
-  fill_unknown(known.diameter, tool.diameter);
-  fill_unknown(known.infeed, tool.infeed);
-  fill_unknown(known.retract, tool.retract);
-  fill_unknown(known.speed, tool.speed);
-  fill_unknown(known.max_hits, tool.max_hits);
-  fill_unknown(known.depth_offset, tool.depth_offset);
-  fill_unknown(known.dwell, tool.dwell);
+  fill_missing(known, tool);
   if (known.magazines.empty()) known.magazines = tool.magazines;
 }
 

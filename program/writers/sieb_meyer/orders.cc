@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // SIEB & MEYER's orders instead of the other language's settings, functions, patterns and vision
 // commands.
-#include <algorithm>
 #include <cstddef>
 #include <span>
 #include <string>

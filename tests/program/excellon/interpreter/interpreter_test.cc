@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "program/excellon/interpreter/interpreter.h"
 
 #include <string>
 #include <vector>

@@ -20,8 +20,8 @@ std::string words_of(std::string_view text) {
     out += (out.empty() ? "" : " ") + std::string(1, word.letter) + "@" +
            std::to_string(word.column) + "=" + std::string(word.number);
   }
-  if (block.arguments_column != 0) {
-    out += " ,@" + std::to_string(block.arguments_column) + "=" + std::string(block.arguments);
+  if (block.argument_column != 0) {
+    out += " ,@" + std::to_string(block.argument_column) + "=" + std::string(block.argument);
   }
   return out;
 }

@@ -2,7 +2,6 @@
 #include "program/sieb_meyer/figures/peck.h"
 
 #include <cmath>
-#include <numeric>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -24,14 +23,7 @@ PeckStrokes peck(double distance, double first, double factor) {
   return strokes.value_or(PeckStrokes{});
 }
 
-std::vector<double> pulse(double distance, double stroke, double least) {
-  const auto strokes = pulse_strokes(distance, stroke, least);
-  if (!strokes) ADD_FAILURE() << strokes.error();
-  return strokes.value_or(std::vector<double>{});
-}
-
-template <class T>
-std::string error_of(const tl::expected<T, std::string>& strokes) {
+std::string error_of(const tl::expected<PeckStrokes, std::string>& strokes) {
   return strokes ? "no error" : strokes.error();
 }
 
@@ -121,44 +113,6 @@ TEST(PeckStrokes, RefusesBadNumbers) {
   EXPECT_THAT(error_of(peck_strokes(1, 1, -1)), HasSubstr("W is -1"));
   EXPECT_THAT(error_of(peck_strokes(NAN, 1, 500)), HasSubstr("finite"));
   EXPECT_THAT(error_of(peck_strokes(1, 1, INFINITY)), HasSubstr("finite"));
-}
-
-TEST(PulseStrokes, ManualExample) {
-  // I5. J1.4 R0.2 with Z1.8: 3.2 mm; the last stroke of 0.4 mm is long enough.
-  EXPECT_THAT(pulse(5 - 1.8, 1.4, 0.2), are({1.4, 1.4, 0.4}));
-}
-
-TEST(PulseStrokes, AShortLastStrokeJoinsTheOneBefore) {
-  EXPECT_THAT(pulse(2.9, 1.4, 0.2), are({1.4, 1.5}));
-  EXPECT_THAT(pulse(3.0, 1.4, 0.2), are({1.4, 1.4, 0.2}));
-  EXPECT_THAT(pulse(2.9, 1.4, 0), are({1.4, 1.4, 0.1}));
-  EXPECT_THAT(pulse(2.8, 1.4, 0.2), are({1.4, 1.4}));
-}
-
-TEST(PulseStrokes, AnOnlyStrokeStays) {
-  EXPECT_THAT(pulse(0.1, 1.4, 0.2), are({0.1}));
-  EXPECT_THAT(pulse(1.4, 1.4, 2), are({1.4}));
-  EXPECT_TRUE(pulse(0, 1.4, 0.2).empty());
-}
-
-TEST(PulseStrokes, AddUpToTheDistance) {
-  for (int n = 1; n <= 400; ++n) {
-    const double distance = 0.037 * n;
-    const std::vector<double> strokes = pulse(distance, 0.5, 0.13);
-    EXPECT_NEAR(std::accumulate(strokes.begin(), strokes.end(), 0.0), distance, kExact_mm);
-    EXPECT_TRUE(strokes.size() == 1 || strokes.back() >= 0.13 - kExact_mm);
-    EXPECT_LT(strokes.back(), 0.5 + 0.13);
-  }
-}
-
-TEST(PulseStrokes, RefusesBadNumbers) {
-  EXPECT_EQ(pulse(100, 0.001, 0).size(), 100000U);
-  EXPECT_THAT(error_of(pulse_strokes(101, 0.001, 0)), HasSubstr("100000"));
-  EXPECT_THAT(error_of(pulse_strokes(1e300, 1e-300, 0)), HasSubstr("too many"));
-  EXPECT_THAT(error_of(pulse_strokes(-1, 1, 0)), HasSubstr("target plane"));
-  EXPECT_THAT(error_of(pulse_strokes(1, 0, 0)), HasSubstr("0 mm"));
-  EXPECT_THAT(error_of(pulse_strokes(1, 1, -0.1)), HasSubstr("-0.1 mm"));
-  EXPECT_THAT(error_of(pulse_strokes(1, 1, NAN)), HasSubstr("finite"));
 }
 
 }  // namespace
