@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "calib/base/interruption.h"
+#include "tools/cli/command_line.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/output_paths.h"
 #include "tools/cli/process/memory_limit.h"

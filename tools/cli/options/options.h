@@ -8,7 +8,6 @@
 #include <variant>
 #include <vector>
 
-#include "calib/base/expected.h"
 #include "program/walk/reading_terms.h"
 #include "tools/cli/options/calibrate_options.h"
 #include "tools/cli/options/file_options.h"
@@ -149,10 +148,5 @@ struct Options {
   std::string command_name;               ///< "panelcal history export"
   std::vector<FileOption> files;          ///< see file_options.h
 };
-
-/// Reads the command line; prints help and version itself.
-///
-/// Fails  usage
-Expected<Options> parse_options(int argc, char** argv);
 
 }  // namespace panelcal

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The files of this room alone include CLI11: it takes seconds to compile.
-#include "tools/cli/options/options.h"
+// Like the files of tools/cli/options it includes CLI11: seconds to compile.
+#include "tools/cli/command_line.h"
 
 #include <algorithm>
 #include <iostream>

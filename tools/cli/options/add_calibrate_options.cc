@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Like options.cc it includes CLI11: seconds to compile.
+// Like command_line.cc it includes CLI11: seconds to compile.
 #include "tools/cli/options/command_options.h"
 #include <CLI/CLI.hpp>
 
