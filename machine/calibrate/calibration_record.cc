@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
+#include "calib/base/fields/noted_head.h"
 #include "calib/base/files/atomic_file.h"
 #include "calib/base/files/digest.h"
-#include "calib/base/json/noted_head.h"
 #include "calib/camera/calibration/calibration_file.h"
 #include <fmt/format.h>
 

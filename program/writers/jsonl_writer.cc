@@ -5,8 +5,8 @@
 #include <variant>
 
 #include "calib/base/append_format.h"
+#include "calib/base/json/json_string.h"
 #include "program/model/setting_lengths.h"
-#include "program/text/json_text.h"
 #include "program/writers/words.h"
 #include <fmt/format.h>
 

@@ -55,6 +55,8 @@ BAD = [
 
 def is_type(value, name):
     kinds = {"object": dict, "array": list, "string": str, "boolean": bool}
+    if name == "null":
+        return value is None
     if name in kinds:
         return isinstance(value, kinds[name])
     numbers = int if name == "integer" else (int, float)

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <string_view>
 
+#include "calib/base/json/json_string.h"
 #include "calib/base/statistics/linear_algebra.h"
-#include "program/text/json_text.h"
 #include <fmt/format.h>
 
 namespace panelcal::calibrate {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "program/text/json_text.h"
+#include "calib/base/json/json_string.h"
 #include "tools/figures/text.h"
 #include "tools/surface/picture.h"
 #include <fmt/format.h>

@@ -6,7 +6,7 @@
 #include <set>
 
 #include "calib/base/append_format.h"
-#include "program/text/json_text.h"
+#include "calib/base/json/json_string.h"
 #include "surface/fit/fit.h"
 #include "tools/figures/contour_map.h"
 #include "tools/surface/blanks.h"

@@ -8,7 +8,7 @@
 #include <utility>
 #include <variant>
 
-#include "program/text/json_text.h"
+#include "calib/base/json/json_string.h"
 #include "tools/cli/provenance.h"
 #include <fmt/format.h>
 

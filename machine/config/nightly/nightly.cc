@@ -5,7 +5,7 @@
 #include <string_view>
 #include <utility>
 
-#include "machine/config/fields/slots.h"
+#include "calib/base/fields/slots.h"
 #include "machine/config/nightly/surface.h"
 #include "machine/config/sections/sections.h"
 #include "machine/config/toml/command_words.h"

@@ -6,7 +6,7 @@
 #include <span>
 #include <string_view>
 
-#include "program/text/json_text.h"
+#include "calib/base/json/json_string.h"
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 

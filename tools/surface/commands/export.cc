@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "calib/base/files/atomic_file.h"
-#include "program/text/json_text.h"
+#include "calib/base/json/json_string.h"
 #include "surface/files/height_grid.h"
 #include "surface/files/probe_text.h"
 #include "surface/map/file.h"

@@ -9,7 +9,7 @@
 
 #include "calib/advice/convex_hull.h"
 #include "calib/base/files/atomic_file.h"
-#include "program/text/json_text.h"
+#include "calib/base/json/json_string.h"
 #include "surface/map/file.h"
 #include "tools/surface/commands/grid.h"
 #include "tools/surface/commands/subcommand.h"
