@@ -79,7 +79,7 @@ JsonFile truth_file() {
   return {
       "truth.json",
       "The truth of a simulated panel: `panelcal synth` writes it, `run --truth` compares with it.",
-      {&kTruth}};
+      {&kTruthDocument}};
 }
 
 }  // namespace panelcal::internal
@@ -143,7 +143,7 @@ std::string truth_text(const Truth& truth) {
   for (const auto& [path, map] : truth.instances) {
     file.instances.push_back({path, {map.linear(), map.translation()}});
   }
-  return internal::json_text(internal::kTruth, file, internal::JsonStyle::Compact) + "\n";
+  return internal::json_text(internal::kTruthDocument, file, internal::JsonStyle::Compact) + "\n";
 }
 
 Expected<void> write_truth_json(const std::filesystem::path& path, const Truth& truth) {
@@ -153,7 +153,7 @@ Expected<void> write_truth_json(const std::filesystem::path& path, const Truth& 
 Expected<Truth> parse_truth(std::string_view text, const std::string& file) {
   PANELCAL_TRY(const nlohmann::json document, internal::parse_strict_json(text, file));
   PANELCAL_TRY(auto read,
-               internal::read_json(internal::kTruth, document, Code::TruthInvalid, file));
+               internal::read_json(internal::kTruthDocument, document, Code::TruthInvalid, file));
   return internal::truth_of(std::move(read), file);
 }
 
