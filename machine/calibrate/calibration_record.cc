@@ -4,9 +4,9 @@
 #include <system_error>
 #include <utility>
 
+#include "calib/base/fields/noted_head.h"
 #include "calib/base/files/atomic_file.h"
 #include "calib/base/files/digest.h"
-#include "calib/base/json/noted_head.h"
 #include "calib/camera/calibration/calibration_file.h"
 
 namespace panelcal {

@@ -19,16 +19,6 @@ struct RecordedCalibration {
 
 namespace internal {
 
-class JsonLine;
-
-/// True if a line of a file of measurements is a calibration.
-bool is_calibration(const JsonLine& line);
-
-/// Reads one as to_json(CalibrationAnswer) writes it.
-///
-/// Fails  measurement-file; measurement-invalid (`cov` is no covariance)
-Expected<CalibrationAnswer> read_calibration(const JsonLine& line);
-
 /// Answers orders from recorded calibrations, matched by their number.
 class CalibrationReplay {
  public:

@@ -6,8 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "calib/base/fields/slots.h"
 #include "calib/base/files/atomic_file.h"
-#include "machine/config/fields/slots.h"
 #include "machine/config/toml/toml_table.h"
 #include "surface/fit/shape.h"
 #include <fmt/format.h>

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "machine/sources/probe_file_source.h"
 
-#include <limits>
-#include <optional>
+#include <map>
 #include <utility>
 
 #include "calib/base/files/atomic_file.h"
 #include "calib/base/json/json_line.h"
 #include "machine/sources/recorded_lines.h"
-#include "surface/files/formats/probe_keys.h"
+#include "program/walk/probe_line.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -18,69 +17,7 @@ using internal::JsonLine;
 
 constexpr Code kProbeCode = Code::MeasurementFile;
 
-constexpr std::int64_t kMaxProbeSeq = std::numeric_limits<std::int64_t>::max();
-/// More spindles than a machine has.
-constexpr int kMaxAxis = 63;
-
-/// One line: the height of one Z axis, or that nothing was found.
-struct ProbeLine {
-  ProbeReading reading;  // without heights
-  int axis = 0;
-  std::optional<HeightEstimate> height;
-};
-
-Expected<Length> read_probed_height(const JsonLine& line, std::string_view key) {
-  PANELCAL_TRY(const double height_mm,
-               internal::recorded_number(line, key, internal::kRecordedPlace, kProbeCode));
-  return mm(height_mm);
-}
-
-Expected<ProbeRequest> read_probe_request(const JsonLine& line) {
-  ProbeRequest request;
-  PANELCAL_TRY(request.seq, line.integer("probe", 0, kMaxProbeSeq, kProbeCode));
-  PANELCAL_CHECK(internal::read_origin(line, request));
-  PANELCAL_TRY(request.tool, internal::recorded_int(line, "tool"));
-  PANELCAL_CHECK(internal::read_places(line, request));
-  if (line.has("L")) {
-    PANELCAL_TRY(request.memory, internal::recorded_int(line, "L"));
-  }
-  if (line.has("depth")) {
-    PANELCAL_TRY(request.depth, read_probed_height(line, "depth"));
-  }
-  PANELCAL_TRY(request.reference, read_probed_height(line, "reference"));
-  return request;
-}
-
-Expected<HeightEstimate> read_height(const JsonLine& line) {
-  PANELCAL_TRY(const Length height, read_probed_height(line, "height"));
-  PANELCAL_TRY(
-      const double sigma_mm,
-      internal::recorded_number(line, "sigma", internal::kRecordedSigma, Code::MeasurementInvalid));
-  return HeightEstimate{height, mm(sigma_mm)};
-}
-
-Expected<ProbeLine> read_line(const JsonLine& line) {
-  PANELCAL_CHECK(line.check_keys(internal::kProbeKeys, kProbeCode));
-  ProbeLine read;
-  PANELCAL_TRY(read.reading.request, read_probe_request(line));
-  PANELCAL_TRY(const std::string status, line.text("status", kProbeCode));
-  const auto known = probe_status_from_name(status);
-  if (!known) return failure(line.problem("status", kProbeCode, "found or not_found"));
-  read.reading.status = *known;
-  if (*known == ProbeStatus::Found) {
-    PANELCAL_TRY(read.axis, internal::recorded_int(line, "zaxis", kMaxAxis));
-    PANELCAL_TRY(read.height, read_height(line));
-  } else {
-    for (const std::string_view key : {"zaxis", "height", "sigma"}) {
-      if (!line.has(key)) continue;
-      return failure(line.problem(key, kProbeCode, "no height unless status is found"));
-    }
-  }
-  if (line.has("reason")) {
-    PANELCAL_TRY(read.reading.reason, line.text("reason", kProbeCode));
-  }
-  return read;
-}
+using internal::ProbeLine;
 
 /// Puts the lines of each probe together.
 class ProbeCollector {
@@ -88,16 +25,17 @@ class ProbeCollector {
   explicit ProbeCollector(const std::string& file) : recorded_{file, {}} {}
 
   Expected<void> add(const JsonLine& parsed, ProbeLine line, int number) {
-    const auto [at, is_new] =
-        index_by_seq_.emplace(line.reading.request.seq, recorded_.probes.size());
+    const auto [at, is_new] = index_by_seq_.emplace(line.request.seq, recorded_.probes.size());
+    ProbeReading reading = {std::move(line.request), line.status, {}, std::move(line.reason)};
     if (is_new) {
-      recorded_.probes.push_back({std::move(line.reading), number});
+      recorded_.probes.push_back({std::move(reading), number});
       heights_.emplace_back();
     } else {
-      PANELCAL_CHECK(check_same(parsed, line.reading, recorded_.probes[at->second]));
+      PANELCAL_CHECK(check_same(parsed, reading, recorded_.probes[at->second]));
     }
     if (!line.height) return {};
-    if (heights_[at->second].emplace(line.axis, *line.height).second) return {};
+    const HeightEstimate height = {*line.height, *line.sigma};
+    if (heights_[at->second].emplace(*line.axis, height).second) return {};
     return failure(parsed.problem(
         "zaxis", kProbeCode, fmt::format("each Z axis of probe {} once", at->first)));
   }
@@ -167,7 +105,7 @@ Expected<RecordedProbes> parse_probes(std::string_view text, const std::string& 
   ProbeCollector collector(file);
   PANELCAL_CHECK(internal::read_recorded_lines(
       text, file, [&](const JsonLine& line, int number) -> Expected<void> {
-        PANELCAL_TRY(ProbeLine read, read_line(line));
+        PANELCAL_TRY(ProbeLine read, internal::probe_line_of(line));
         return collector.add(line, std::move(read), number);
       }));
   return collector.finish();

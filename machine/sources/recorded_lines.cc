@@ -9,9 +9,6 @@ namespace panelcal::internal {
 namespace {
 
 constexpr std::size_t kMaxLineBytes = std::size_t{1} << 16;
-/// Step and repeat nests at most 64 deep (nesting-too-deep), in the program and again in a stored
-/// pattern or subprogram.
-constexpr std::size_t kMaxPath = 128;
 
 }  // namespace
 
@@ -35,15 +32,6 @@ Expected<void> read_recorded_lines(
     PANELCAL_CHECK(take(parsed, number));
   }
   return {};
-}
-
-Expected<int> recorded_int(const JsonLine& line, std::string_view key, int high) {
-  PANELCAL_TRY(const std::int64_t value, line.integer(key, 0, high, Code::MeasurementFile));
-  return static_cast<int>(value);
-}
-
-Expected<InstancePath> recorded_path(const JsonLine& line) {
-  return line.integers("path", 0, std::numeric_limits<int>::max(), kMaxPath, Code::MeasurementFile);
 }
 
 }  // namespace panelcal::internal

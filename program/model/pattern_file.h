@@ -4,13 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "calib/base/expected.h"
-
 namespace panelcal {
-
-namespace internal {
-class JsonLine;
-}
 
 /// The stored pattern or subprogram in which a program asks for something.
 struct PatternFile {
@@ -28,16 +22,7 @@ bool is_same_pattern(const PatternFile& a, const PatternFile& b);
 /// `(the program itself)`.
 std::string pattern_text(const PatternFile& file);
 
-/// Appends the keys `file`, without folders, and `file_sha256` of a JSON object that has other keys
-/// already; nothing for the program itself. So a recording is the same wherever it was made.
-void append_pattern(std::string& out, const PatternFile& file);
-
-/// Reads those keys, each of which may be absent.
-///
-/// Fails  what the line reports of a wrong value, with the code; a digest without its file
-Expected<void> read_pattern(const internal::JsonLine& line,
-                            Code code,
-                            std::string& file,
-                            std::string& file_sha256);
+/// The name of a file, as recordings have it: the same wherever they were made.
+std::string_view without_folders(std::string_view path);
 
 }  // namespace panelcal

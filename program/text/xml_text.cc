@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-#include "program/text/utf8.h"
+#include "calib/base/json/utf8.h"
 
 namespace panelcal {
 namespace {

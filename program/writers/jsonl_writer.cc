@@ -5,7 +5,7 @@
 #include <variant>
 
 #include "calib/base/append_format.h"
-#include "program/text/json_text.h"
+#include "calib/base/json/json_string.h"
 #include "program/writers/description.h"
 #include <fmt/format.h>
 

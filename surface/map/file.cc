@@ -1,171 +1,177 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "surface/map/file.h"
 
+#include <algorithm>
 #include <array>
+#include <limits>
 #include <numeric>
 #include <optional>
+#include <span>
 #include <utility>
 
+#include "calib/base/fields/json.h"
+#include "calib/base/fields/noted_head.h"
+#include "calib/base/fields/slots.h"
 #include "calib/base/files/atomic_file.h"
-#include "calib/base/json/noted_head.h"
-#include "calib/base/json/strict_json.h"
-#include "surface/map/file_surface.h"
-#include "surface/map/file_voids.h"
+#include "surface/json_files.h"
+#include "surface/map/file_parts.h"
 #include <fmt/format.h>
 
-namespace panelcal {
+namespace panelcal::internal {
 namespace {
 
-using internal::kMapFileCode;
-using internal::map_file_problem;
-using internal::StrictObject;
-using nlohmann::json;
-
-constexpr std::string_view kKind = "surface-map";
-constexpr int kPlain = 1;  ///< the version of a map without zones and voids
-constexpr int kZoned = 2;
-
+constexpr int kMaxMapInt = std::numeric_limits<int>::max();
 /// More spindles than a machine has.
 constexpr int kMaxMapAxis = 63;
+/// Farther away or higher nothing is probed: a wrong unit.
+constexpr Range kInMap = {-3e7, 3e7};
 
-/// The members of a map, with `zaxis` where it is stated.
-template <std::size_t n>
-Expected<StrictObject> map_members(const json& document,
-                                   const std::array<std::string_view, n>& required,
-                                   const std::string& file) {
-  std::vector<std::string_view> keys(required.begin(), required.end());
-  if (document.is_object() && document.contains("zaxis")) keys.emplace_back("zaxis");
-  return StrictObject::make(document, "the map", keys, kMapFileCode, file);
+std::string_view kernel_word(BendingKernel kernel) {
+  return word(kernel);
 }
 
-Expected<std::optional<int>> read_axis(const StrictObject& top, const json& document) {
-  if (!document.contains("zaxis")) return std::nullopt;
-  PANELCAL_TRY(const int z_axis, top.integer("zaxis", 0, kMaxMapAxis));
-  return z_axis;
+std::string_view model_word(SurfaceModel model) {
+  return word(model);
 }
 
-Expected<void> check_head(const StrictObject& top, int version) {
-  PANELCAL_CHECK(top.constant("kind", kKind));
-  PANELCAL_CHECK(top.integer("version", version, version));
-  return top.constant("units", "mm");
+std::string_view interpolation_word(LatticeInterpolation interpolation) {
+  return interpolation == LatticeInterpolation::Bilinear ? "bilinear" : "monotone-bicubic";
 }
 
-Expected<StoredZones> read_plain(const json& document, const std::string& file) {
-  constexpr std::array<std::string_view, 11> kKeys = {"kind",
-                                                      "version",
-                                                      "made_by",
-                                                      "units",
-                                                      "model",
-                                                      "reason",
-                                                      "shape",
-                                                      "options",
-                                                      "sources",
-                                                      "left_out",
-                                                      "probes"};
-  PANELCAL_TRY(const StrictObject top, map_members(document, kKeys, file));
-  PANELCAL_CHECK(check_head(top, kPlain));
-  PANELCAL_TRY(const std::optional<int> z_axis, read_axis(top, document));
-  PANELCAL_TRY(std::string made_by, top.text("made_by"));
-  PANELCAL_TRY(auto sources, internal::read_sources(top, file));
-  PANELCAL_TRY(auto points, internal::read_probes(top, sources, file));
-  PANELCAL_TRY(SortedProbes sorted, sort_probes(points, {}, {}));
-  PANELCAL_TRY(HeightMap map, internal::read_surface(top, points, sorted.by_zone[0], file));
-  return StoredZones{std::move(points),
-                     ZonedMap::of_maps({}, {}, std::move(sorted), {std::move(map)}),
-                     std::move(sources),
-                     std::move(made_by),
-                     z_axis};
+std::optional<LatticeInterpolation> lattice_interpolation(std::string_view word) {
+  for (const auto known : {LatticeInterpolation::Bilinear, LatticeInterpolation::MonotoneBicubic}) {
+    if (interpolation_word(known) == word) return known;
+  }
+  return std::nullopt;
 }
 
-/// The declared zones; none if the only one has no area.
-Expected<std::vector<Zone>> read_zones(std::span<const StrictObject> objects,
-                                       const std::string& file) {
-  std::vector<Zone> out;
-  for (const StrictObject& object : objects) {
-    Zone zone;
-    PANELCAL_TRY(const std::string name, object.text("name"));
-    if (object.member("area").is_null() && objects.size() == 1) return out;
-    PANELCAL_TRY(zone.area,
-                 internal::read_zone_area(
-                     object.member("area"), fmt::format("zone {}", quoted(name)), file));
-    zone.name = name;
-    zone.from.file = file;
-    out.push_back(std::move(zone));
+bool put_circles(MapVoid& element, const FieldValue& value) {
+  element.circles = value.numbers;
+  return !element.circles.empty();
+}
+
+bool get_circles(const MapVoid& element, FieldValue& value) {
+  value.numbers = element.circles;
+  return !element.circles.empty();
+}
+
+#include "surface/map/file.def"
+
+Expected<std::vector<ProbePoint>> points_of(const MapFile& written, const std::string& file) {
+  std::vector<ProbePoint> out;
+  for (const MapProbe& probe : written.probes) {
+    ProbePoint& point = out.emplace_back(probe.point);
+    if (!probe.i_source) continue;
+    const auto i_source = static_cast<std::size_t>(*probe.i_source);
+    if (i_source >= written.sources.size()) {
+      return failure(
+          map_file_problem(file,
+                           fmt::format("the source of probe {} is {}", out.size() - 1, i_source),
+                           fmt::format("one of {} sources, from 0", written.sources.size())));
+    }
+    point.from.file = written.sources[i_source].file;
   }
   return out;
 }
 
-Expected<StoredZones> read_zoned(const json& document, const std::string& file) {
-  constexpr std::array<std::string_view, 9> kKeys = {
-      "kind", "version", "made_by", "units", "zones", "margin", "voids", "sources", "probes"};
-  constexpr std::array<std::string_view, 7> kZoneKeys = {
-      "name", "area", "model", "reason", "shape", "options", "left_out"};
-  PANELCAL_TRY(const StrictObject top, map_members(document, kKeys, file));
-  PANELCAL_CHECK(check_head(top, kZoned));
-  PANELCAL_TRY(const std::optional<int> z_axis, read_axis(top, document));
-  PANELCAL_TRY(std::string made_by, top.text("made_by"));
-  PANELCAL_TRY(const auto objects, internal::read_objects(top, "zones", "zone", kZoneKeys, file));
-  if (objects.empty() || objects.size() > kMostZones) {
+/// The declared zones; none if the only one has no area.
+Expected<std::vector<Zone>> zones_of(const MapFile& written, const std::string& file) {
+  std::vector<Zone> out;
+  if (written.zones.empty() || written.zones.size() > kMostZones) {
     return failure(map_file_problem(
-        file, fmt::format("{} zones", objects.size()), fmt::format("1 to {}", kMostZones)));
+        file, fmt::format("{} zones", written.zones.size()), fmt::format("1 to {}", kMostZones)));
   }
-  PANELCAL_TRY(std::vector<Zone> zones, read_zones(objects, file));
-  PANELCAL_TRY(Voids voids, internal::read_voids(top, file));
-  PANELCAL_TRY(auto sources, internal::read_sources(top, file));
-  PANELCAL_TRY(auto points, internal::read_probes(top, sources, file));
+  if (written.zones.size() == 1 && !written.zones.front().area) return out;
+  for (const MapZone& zone : written.zones) {
+    PANELCAL_TRY(Area area,
+                 zone_area(zone.area.value_or(MapArea()), "zone " + quoted(zone.name), file));
+    out.push_back({std::move(area), zone.name, {}, {file, 0, 0}});
+  }
+  return out;
+}
+
+/// In     surfaces: of each zone
+Expected<StoredZones> stored_of(const MapFile& written,
+                                std::vector<Zone> zones,
+                                Voids voids,
+                                std::span<const MapSurface* const> surfaces,
+                                const std::string& file) {
+  PANELCAL_TRY(auto points, points_of(written, file));
   PANELCAL_TRY(SortedProbes sorted, sort_probes(points, zones, voids));
   std::vector<HeightMap> maps;
-  for (std::size_t i = 0; i < objects.size(); ++i) {
-    PANELCAL_TRY(HeightMap map,
-                 internal::read_surface(objects[i], points, sorted.by_zone[i], file));
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    PANELCAL_TRY(HeightMap map, surface_of(*surfaces[i], points, sorted.by_zone[i], file));
     if (i < zones.size()) zones[i].options = map.options();
     maps.push_back(std::move(map));
   }
   return StoredZones{
       std::move(points),
       ZonedMap::of_maps(std::move(zones), std::move(voids), std::move(sorted), std::move(maps)),
-      std::move(sources),
-      std::move(made_by),
-      z_axis};
+      written.sources,
+      written.made_by,
+      written.z_axis};
 }
 
+Expected<StoredZones> read_plain(const nlohmann::json& document, const std::string& file) {
+  PANELCAL_TRY(const MapFile written, read_json(kPlainMap, document, kMapFileCode, file));
+  return stored_of(written, {}, {}, std::array{&written.surface}, file);
+}
+
+Expected<StoredZones> read_zoned(const nlohmann::json& document, const std::string& file) {
+  PANELCAL_TRY(const MapFile written, read_json(kZonedMap, document, kMapFileCode, file));
+  PANELCAL_TRY(std::vector<Zone> zones, zones_of(written, file));
+  PANELCAL_TRY(Voids voids, voids_of(written, file));
+  std::vector<const MapSurface*> surfaces;
+  for (const MapZone& zone : written.zones) surfaces.push_back(&zone.surface);
+  return stored_of(written, std::move(zones), std::move(voids), surfaces, file);
+}
+
+/// All but the surfaces.
 template <class Stored>
-std::string head_text(int version, const Stored& stored) {
-  return fmt::format(
-      "{{\n  \"kind\": \"{}\",\n  \"version\": {},\n  \"made_by\": {},\n  \"units\": \"mm\",\n{}",
-      kKind,
-      version,
-      internal::json_text(stored.made_by),
-      stored.z_axis ? fmt::format("  \"zaxis\": {},\n", *stored.z_axis) : "");
-}
-
-std::string zone_text(const ZonedMap& map, std::size_t i_zone) {
-  const bool is_declared = i_zone < map.zones().size();
-  return fmt::format(
-      "    {{\n      \"name\": {},\n      \"area\": {},\n{},\n{}\n    }}",
-      internal::json_text(is_declared ? map.zones()[i_zone].name : ""),
-      is_declared ? internal::area_text(map.zones()[i_zone].area) : "null",
-      internal::surface_text(map.map(i_zone), "      "),
-      internal::list_text(
-          "left_out", internal::left_out_texts(map.map(i_zone), map.probes(i_zone)), "      "));
+MapFile written_head(const Stored& stored) {
+  MapFile out;
+  out.made_by = stored.made_by;
+  out.z_axis = stored.z_axis;
+  out.sources = stored.sources;
+  for (const ProbePoint& point : stored.points) {
+    const auto source = std::ranges::find(stored.sources, point.from.file, &MapSource::file);
+    out.probes.push_back({point, std::nullopt});
+    if (source == stored.sources.end()) continue;
+    out.probes.back().i_source = static_cast<int>(source - stored.sources.begin());
+  }
+  return out;
 }
 
 std::string zoned_text(const StoredZones& stored) {
-  std::vector<std::string> zones;
+  MapFile out = written_head(stored);
+  const std::span<const Zone> zones = stored.map.zones();
   for (std::size_t i = 0; i < stored.map.maps().size(); ++i) {
-    zones.push_back(zone_text(stored.map, i));
+    MapZone& zone = out.zones.emplace_back();
+    if (i < zones.size()) {
+      zone.name = zones[i].name;
+      zone.area = written_area(zones[i].area);
+    }
+    zone.surface = written_surface(stored.map.map(i), stored.map.probes(i));
   }
-  return fmt::format(
-      "{}  \"zones\": [\n{}\n  ],\n  \"margin\": {},\n{},\n{},\n{}\n}}\n",
-      head_text(kZoned, stored),
-      fmt::join(zones, ",\n"),
-      stored.map.voids().margin().in_mm(),
-      internal::list_text("voids", internal::void_texts(stored.map.voids().all()), "  "),
-      internal::list_text("sources", internal::source_texts(stored.sources), "  "),
-      internal::list_text("probes", internal::probe_texts(stored.points, stored.sources), "  "));
+  out.margin = stored.map.voids().margin();
+  out.voids = written_voids(stored.map.voids().all());
+  return json_text(kZonedMap, out, JsonStyle::File);
 }
 
 }  // namespace
+
+JsonFile surface_map_file() {
+  return {"surface-map.json",
+          "A map of heights: `panelcal surface fit` writes it, version 2 with zones or voids. "
+          "Nothing is chosen or searched again when it is read, so that heights and sigmas are the "
+          "same to the bit.",
+          {&kPlainMap, &kZonedMap},
+          true};
+}
+
+}  // namespace panelcal::internal
+
+namespace panelcal {
 
 StoredMap StoredZones::zone(std::size_t i_zone) const {
   std::vector<ProbePoint> own;
@@ -174,14 +180,13 @@ StoredMap StoredZones::zone(std::size_t i_zone) const {
 }
 
 Expected<StoredZones> parse_zoned_map_file(std::string_view text, const std::string& file) {
-  PANELCAL_TRY(const json document, internal::parse_calibration_json(text, file));
+  PANELCAL_TRY(const nlohmann::json document, internal::parse_calibration_json(text, file));
   // Keys of a version that is not known would be called unknown.
   const bool has_version = document.is_object() && document.contains("version");
-  if (!has_version || document["version"] == kPlain) return read_plain(document, file);
-  if (document["version"] == kZoned) return read_zoned(document, file);
-  return failure(map_file_problem(file,
-                                  "the version is " + quoted(document["version"].dump()),
-                                  fmt::format("{} or {}", kPlain, kZoned)));
+  if (!has_version || document["version"] == 1) return internal::read_plain(document, file);
+  if (document["version"] == 2) return internal::read_zoned(document, file);
+  return failure(internal::map_file_problem(
+      file, "the version is " + quoted(document["version"].dump()), "1 or 2"));
 }
 
 Expected<StoredZones> read_zoned_map_file(const std::filesystem::path& path) {
@@ -214,18 +219,14 @@ Expected<StoredMap> read_map_file(const std::filesystem::path& path) {
 std::string map_file_text(const StoredMap& stored) {
   std::vector<std::size_t> all(stored.points.size());
   std::iota(all.begin(), all.end(), 0);
-  return fmt::format(
-      "{}{},\n{},\n{},\n{}\n}}\n",
-      head_text(kPlain, stored),
-      internal::surface_text(stored.map, "  "),
-      internal::list_text("sources", internal::source_texts(stored.sources), "  "),
-      internal::list_text("left_out", internal::left_out_texts(stored.map, all), "  "),
-      internal::list_text("probes", internal::probe_texts(stored.points, stored.sources), "  "));
+  internal::MapFile out = internal::written_head(stored);
+  out.surface = internal::written_surface(stored.map, all);
+  return internal::json_text(internal::kPlainMap, out, internal::JsonStyle::File);
 }
 
 std::string map_file_text(const StoredZones& stored) {
   const bool is_plain = stored.map.zones().empty() && stored.map.voids().all().empty();
-  return is_plain ? map_file_text(stored.zone(0)) : zoned_text(stored);
+  return is_plain ? map_file_text(stored.zone(0)) : internal::zoned_text(stored);
 }
 
 }  // namespace panelcal

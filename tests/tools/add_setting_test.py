@@ -36,7 +36,7 @@ toy.insert_before("machine/config/sections/vision.def", '    field<&MachineConfi
                   '    field<&MachineConfig::vision, &VisionOptions::toy_reach>("toy_reach_mm", kDistance_mm, "how far the toy reaches"),\n')
 
 units = sorted(str(path.relative_to(SOURCE)) for path in Path(SOURCE, "machine/config").rglob("*.cc"))
-headers = '#include <cstdio>\n#include "machine/config/fields/page.h"\n#include "machine/config/machine_file.h"\n'
+headers = '#include <cstdio>\n#include "calib/base/fields/page.h"\n#include "machine/config/machine_file.h"\n'
 program = toy.program("panelcal_machine", units, headers + MAIN, "tests/machine/machine_test")
 
 expect(toy.run(program, "[vision]\ntoy_reach_mm = 12.5") == (0, "12.5\n"), "the toy's value is not read")

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "calib/base/json/json_string.h"
 #include "calib/base/statistics/linear_algebra.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "calib/base/append_format.h"
-#include "program/text/json_text.h"
+#include "calib/base/json/json_string.h"
 #include "vision/show/overlay.h"
 namespace panelcal {
 namespace {

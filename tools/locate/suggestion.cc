@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "calib/base/append_format.h"
-#include "program/text/json_text.h"
+#include "calib/base/json/json_string.h"
 #include <fmt/format.h>
 
 namespace panelcal {

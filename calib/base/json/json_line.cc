@@ -82,7 +82,6 @@ class Scanner {
 
   Expected<JsonNumber> number() {
     const std::size_t begin = at_;
-    const int begin_column = column();
     take('-');
     if (!take('0') && !digits()) return unexpected("a number");
     if (take('.') && !digits()) return unexpected("a digit");
@@ -91,7 +90,7 @@ class Scanner {
       if (peek() == '+' || peek() == '-') ++at_;
       if (!digits()) return unexpected("a digit");
     }
-    return JsonNumber{since(begin), begin_column};
+    return JsonNumber{since(begin)};
   }
 
   Expected<std::vector<JsonNumber>> numbers() {
@@ -187,15 +186,6 @@ Expected<JsonMember> scan_member(Scanner& scanner) {
   return member;
 }
 
-template <class Number>
-std::optional<Number> convert(const JsonNumber& number) {
-  Number value{};
-  const char* const end = number.text.data() + number.text.size();
-  const auto [stop, error] = std::from_chars(number.text.data(), end, value);
-  if (error != std::errc() || stop != end) return std::nullopt;
-  return value;
-}
-
 }  // namespace
 
 Expected<JsonLine> JsonLine::parse(std::string_view text, Place line) {
@@ -262,105 +252,6 @@ Diagnostic JsonLine::problem(std::string_view key, Code code, std::string expect
           {line_.file, line_.line, member.value_column},
           fmt::format("{} is {}", quoted(key), value.substr(1, value.size() - 2)),
           std::move(expected)};
-}
-
-Expected<const JsonMember*> JsonLine::member(std::string_view key, Code code) const {
-  const JsonMember* found = find(key);
-  if (!found) return failure(missing(key, code));
-  return found;
-}
-
-Expected<double> JsonLine::number(std::string_view key, Code code) const {
-  PANELCAL_TRY(const JsonMember* found, member(key, code));
-  const auto* number = std::get_if<JsonNumber>(&found->value);
-  const auto value = number ? convert<double>(*number) : std::nullopt;
-  if (!value) return failure(problem(key, code, "a number that a double can hold"));
-  return *value;
-}
-
-Expected<std::int64_t> JsonLine::integer(std::string_view key,
-                                         std::int64_t low,
-                                         std::int64_t high,
-                                         Code code) const {
-  PANELCAL_TRY(const JsonMember* found, member(key, code));
-  const auto* number = std::get_if<JsonNumber>(&found->value);
-  const auto value = number ? convert<std::int64_t>(*number) : std::nullopt;
-  if (value && *value >= low && *value <= high) return *value;
-  return failure(problem(key, code, fmt::format("a whole number from {} to {}", low, high)));
-}
-
-Expected<std::string> JsonLine::text(std::string_view key, Code code) const {
-  PANELCAL_TRY(const JsonMember* found, member(key, code));
-  if (const auto* text = std::get_if<std::string>(&found->value)) return *text;
-  return failure(problem(key, code, "a text in double quotes"));
-}
-
-Expected<std::string> JsonLine::digest(std::string_view key, Code code) const {
-  constexpr std::size_t kDigits = 64;
-  PANELCAL_TRY(std::string digits, text(key, code));
-  std::ranges::transform(digits, digits.begin(), [](char c) {
-    return c >= 'A' && c <= 'F' ? static_cast<char>(c - 'A' + 'a') : c;
-  });
-  const bool is_hexadecimal = digits.find_first_not_of("0123456789abcdef") == std::string::npos;
-  if (digits.size() == kDigits && is_hexadecimal) return digits;
-  return failure(problem(key, code, "64 digits, 0 to 9 and a to f"));
-}
-
-Expected<bool> JsonLine::truth_value(std::string_view key, Code code) const {
-  PANELCAL_TRY(const JsonMember* found, member(key, code));
-  if (const auto* value = std::get_if<bool>(&found->value)) return *value;
-  return failure(problem(key, code, "true or false"));
-}
-
-Expected<std::vector<double>> JsonLine::numbers(std::string_view key,
-                                                std::size_t n,
-                                                Code code) const {
-  PANELCAL_TRY(const JsonMember* found, member(key, code));
-  const auto* array = std::get_if<std::vector<JsonNumber>>(&found->value);
-  std::vector<double> values;
-  if (array && array->size() == n) {
-    for (const JsonNumber& element : *array) {
-      const auto value = convert<double>(element);
-      if (!value) break;
-      values.push_back(*value);
-    }
-  }
-  if (values.size() != n) {
-    return failure(problem(key, code, fmt::format("an array of {} numbers", n)));
-  }
-  return values;
-}
-
-Expected<std::vector<double>> JsonLine::numbers_of(std::string_view key,
-                                                   std::size_t n_each,
-                                                   std::size_t max_groups,
-                                                   Code code) const {
-  PANELCAL_TRY(const JsonMember* found, member(key, code));
-  const auto* array = std::get_if<std::vector<JsonNumber>>(&found->value);
-  if (array && array->size() % n_each == 0 && array->size() <= n_each * max_groups) {
-    return numbers(key, array->size(), code);
-  }
-  return failure(problem(
-      key, code, fmt::format("an array of {} numbers each, at most {}", n_each, max_groups)));
-}
-
-Expected<std::vector<int>> JsonLine::integers(
-    std::string_view key, int low, int high, std::size_t max_n, Code code) const {
-  PANELCAL_TRY(const JsonMember* found, member(key, code));
-  const auto* array = std::get_if<std::vector<JsonNumber>>(&found->value);
-  std::vector<int> values;
-  if (array && array->size() <= max_n) {
-    for (const JsonNumber& element : *array) {
-      const auto value = convert<int>(element);
-      if (!value || *value < low || *value > high) break;
-      values.push_back(*value);
-    }
-    if (values.size() == array->size()) return values;
-  }
-  return failure(
-      problem(key,
-              code,
-              fmt::format("an array of at most {} whole numbers from {} to {}", max_n, low, high)));
 }
 
 }  // namespace panelcal::internal

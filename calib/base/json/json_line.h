@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -19,7 +18,6 @@ namespace panelcal::internal {
 /// common readers make an integer of -0 and lose its sign.
 struct JsonNumber {
   std::string_view text;
-  int column = 0;
 };
 
 /// A member of a flat object.
@@ -32,7 +30,8 @@ struct JsonMember {
   std::string_view raw;  ///< the value as written
 };
 
-/// One line of a JSON Lines file: an object of numbers, texts, truth values and arrays of numbers.
+/// One line of a JSON Lines file: an object of numbers, texts, truth values and arrays of numbers,
+/// which read_line() of calib/base/fields/json.h puts where they belong.
 ///
 /// A reader of our own because general ones do not say where a value stands, and because a line
 /// that does not nest cannot overflow a stack. Columns count bytes from 1. Views the text it was
@@ -51,34 +50,12 @@ class JsonLine {
   /// Null if the key is absent or its value is null.
   const JsonMember* find(std::string_view key) const;
 
-  // Each fails with `code` if the key is missing or its value is not of the kind.
-  Expected<double> number(std::string_view key, Code code) const;
-  Expected<std::int64_t> integer(std::string_view key,
-                                 std::int64_t low,
-                                 std::int64_t high,
-                                 Code code) const;
-  Expected<std::string> text(std::string_view key, Code code) const;
-  /// A SHA-256 as sha256() writes it.
-  Expected<std::string> digest(std::string_view key, Code code) const;
-  Expected<bool> truth_value(std::string_view key, Code code) const;
-  /// Exactly n numbers.
-  Expected<std::vector<double>> numbers(std::string_view key, std::size_t n, Code code) const;
-  /// Groups of `n_each` numbers, at most max_groups.
-  Expected<std::vector<double>> numbers_of(std::string_view key,
-                                           std::size_t n_each,
-                                           std::size_t max_groups,
-                                           Code code) const;
-  /// At most max_n whole numbers.
-  Expected<std::vector<int>> integers(
-      std::string_view key, int low, int high, std::size_t max_n, Code code) const;
-
   /// At the value of a key that is there: what is wrong with it.
   Diagnostic problem(std::string_view key, Code code, std::string expected) const;
   Diagnostic missing(std::string_view key, Code code) const;
 
  private:
   explicit JsonLine(Place line) : line_(std::move(line)) {}
-  Expected<const JsonMember*> member(std::string_view key, Code code) const;
   bool is_taken(std::string_view key) const;
 
   Place line_;

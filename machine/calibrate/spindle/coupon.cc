@@ -8,46 +8,50 @@
 #include <vector>
 
 #include "calib/base/amount.h"
+#include "calib/base/fields/json.h"
+#include "calib/base/fields/slots.h"
 #include "calib/base/files/atomic_file.h"
 #include "calib/base/json/strict_json.h"
 #include "calib/ledger/ledger.h"
+#include "machine/config/json_files.h"
 #include "machine/config/machine_name.h"
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 namespace panelcal {
+namespace internal {
 namespace {
 
-constexpr std::size_t kMaxStateBytes = std::size_t{1} << 16;
-constexpr int kMaxRows = 1'000'000;
-constexpr std::string_view kRowsUsed = "rows_used";
+constexpr int kMaxCouponRows = 1'000'000;
 
 /// Content of the state file.
-struct State {
+struct CouponState {
   std::string name;
   int n_used = 0;
 };
 
-Expected<State> parse_state(const std::string& text, const std::string& file) {
-  constexpr std::array<std::string_view, 4> kKeys = {"kind", "version", "coupon", "rows_used"};
-  PANELCAL_TRY(const nlohmann::json document, internal::parse_strict_json(text, file));
-  PANELCAL_TRY(const auto top,
-               internal::StrictObject::make(
-                   document, "the coupon's state", kKeys, Code::CalibrationInvalid, file));
-  PANELCAL_CHECK(top.constant("kind", "coupon"));
-  PANELCAL_TRY(const int version, top.integer("version", 1, 1));
-  static_cast<void>(version);
-  State state;
-  PANELCAL_TRY(state.name, top.text("coupon"));
-  PANELCAL_TRY(state.n_used, top.integer("rows_used", 0, kMaxRows));
-  return state;
+#include "machine/calibrate/spindle/coupon.def"
+
+}  // namespace
+
+JsonFile coupon_file() {
+  return {"coupon.json",
+          "Rows of a coupon that are used up: `[coupon] state` of machine.toml names it. It is "
+          "written before the first hole of a run is drilled; with a ledger it is the result of an "
+          "entry of kind `coupon` too.",
+          {&kCouponState}};
 }
 
+}  // namespace internal
+
+namespace {
+
+using State = internal::CouponState;
+
+constexpr std::size_t kMaxStateBytes = std::size_t{1} << 16;
+constexpr std::string_view kRowsUsed = "rows_used";
+
 std::string state_text(const State& state) {
-  const nlohmann::ordered_json document = {
-      {"kind", "coupon"}, {"version", 1}, {"coupon", state.name}, {"rows_used", state.n_used}};
-  // A name that is no UTF-8 must not throw.
-  return document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  return internal::json_text(internal::kCouponState, state, internal::JsonStyle::File);
 }
 
 LedgerKey coupon_key(const MachineConfig& config) {
@@ -60,7 +64,11 @@ Expected<int> rows_of_file(const Coupon& coupon) {
   const auto status = std::filesystem::symlink_status(coupon.state_file, ignored);
   if (status.type() == std::filesystem::file_type::not_found) return 0;
   PANELCAL_TRY(const std::string text, read_file(coupon.state_file, kMaxStateBytes));
-  PANELCAL_TRY(const State state, parse_state(text, coupon.state_file.string()));
+  const std::string file = coupon.state_file.string();
+  PANELCAL_TRY(const nlohmann::json document, internal::parse_strict_json(text, file));
+  PANELCAL_TRY(
+      const State state,
+      internal::read_json(internal::kCouponState, document, Code::CalibrationInvalid, file));
   return state.name == coupon.name ? state.n_used : 0;
 }
 
@@ -71,11 +79,11 @@ Expected<std::optional<int>> rows_of_ledger(const Ledger& ledger, const LedgerKe
   const LedgerRecord& record = newest.front().record;
   const auto i = record.find(kRowsUsed);
   const double n_used = i ? record.parameters[*i].value : -1;
-  if (!(n_used >= 0 && n_used <= kMaxRows)) {
+  if (!(n_used >= 0 && n_used <= internal::kMaxCouponRows)) {
     return failure({Code::CalibrationInvalid,
                     {fmt::format("ledger entry {}", newest.front().id), 0, 0},
                     "it does not say how many rows are used",
-                    fmt::format("{} from 0 to {}", kRowsUsed, kMaxRows)});
+                    fmt::format("{} from 0 to {}", kRowsUsed, internal::kMaxCouponRows)});
   }
   rows = static_cast<int>(n_used);
   return rows;

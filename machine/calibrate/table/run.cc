@@ -8,22 +8,48 @@
 #include <tuple>
 #include <utility>
 
+#include "calib/base/fields/json.h"
+#include "calib/base/fields/slots.h"
 #include "calib/base/files/atomic_file.h"
 #include "calib/base/files/digest.h"
-#include "calib/base/json/json_line.h"
 #include "calib/correction/spindle_camera.h"
 #include "machine/calibrate/table/outliers.h"
+#include "machine/config/json_files.h"
+#include "program/model/recorded.h"
 #include <fmt/format.h>
 
 namespace panelcal {
+namespace internal {
+namespace {
+
+/// A look at a dot of the plate as a line has it.
+struct PlateLook {
+  std::size_t pose = 0;
+  Position<frame::Machine> axis;
+  int column = 0;
+  int row = 0;
+  Position<frame::Optical> seen;
+  std::array<double, 3> cov = {};
+};
+
+#include "machine/calibrate/table/look.def"
+
+}  // namespace
+
+JsonFile plate_looks_file() {
+  return {"looks.jsonl",
+          "One look at a dot of the plate a line, by whatever vision system: `--measurements` of "
+          "`panelcal calibrate table`. See docs/formats/calibration.md.",
+          {&kPlateLook}};
+}
+
+}  // namespace internal
+
 namespace {
 
 using internal::JsonLine;
 
 constexpr Code kSightCode = Code::MeasurementFile;
-constexpr std::array<std::string_view, 5> kSightKeys = {"axis", "cov", "dot", "pose", "seen"};
-constexpr int kMostPoses = 1000;
-constexpr double kMaxSightPlace_mm = 1e5;
 /// Fewer degrees of freedom say nothing of the scatter.
 constexpr double kFewestFreedoms = 8;
 constexpr int kFewestHeld = 16;  ///< coordinates
@@ -43,14 +69,6 @@ struct Excess {
   bool is_surprising() const { return squared > 1 + 2.3 * std::sqrt(2 / n); }
 };
 
-Expected<Eigen::Vector2d> read_table_point(const JsonLine& line, std::string_view key) {
-  PANELCAL_TRY(const std::vector<double> p_mm, line.numbers(key, 2, kSightCode));
-  if (std::abs(p_mm[0]) <= kMaxSightPlace_mm && std::abs(p_mm[1]) <= kMaxSightPlace_mm) {
-    return Eigen::Vector2d(p_mm[0], p_mm[1]);
-  }
-  return failure(line.problem(key, kSightCode, "mm, within 100 m"));
-}
-
 /// Puts looks together to views.
 class TableLooks {
  public:
@@ -60,26 +78,21 @@ class TableLooks {
   }
 
   Expected<void> add(const JsonLine& line) {
-    PANELCAL_CHECK(line.check_keys(kSightKeys, kSightCode));
-    PANELCAL_TRY(const std::int64_t pose, line.integer("pose", 0, kMostPoses - 1, kSightCode));
-    PANELCAL_TRY(const Eigen::Vector2d axis_mm, read_table_point(line, "axis"));
-    PANELCAL_TRY(const std::vector<int> dot, line.integers("dot", 0, 1'000'000, 2, kSightCode));
-    if (dot.size() != 2) return failure(line.problem("dot", kSightCode, "[column, row]"));
-    if (dot[0] >= plate_.columns || dot[1] >= plate_.rows) {
+    PANELCAL_TRY(const internal::PlateLook look,
+                 internal::read_line(internal::kPlateLook, line, kSightCode));
+    if (look.column >= plate_.columns || look.row >= plate_.rows) {
       return failure(line.problem(
           "dot",
           Code::CalibrationData,
           fmt::format("a dot of the plate's {} x {}, from [0,0]", plate_.columns, plate_.rows)));
     }
-    const std::size_t i_dot = plate_.index(dot[0], dot[1]);
+    const std::size_t i_dot = plate_.index(look.column, look.row);
     if (is_covered_[i_dot]) {
       return failure(line.problem(
           "dot", Code::CalibrationData, "a dot that is there: [tags] has a tag in its place"));
     }
-    PANELCAL_TRY(const Eigen::Vector2d seen_mm, read_table_point(line, "seen"));
-    PANELCAL_TRY(const std::vector<double> cov, line.numbers("cov", 3, kSightCode));
-    PositionEstimate<frame::Optical> seen{position_mm<frame::Optical>(seen_mm), {}};
-    seen.cov << cov[0], cov[1], cov[1], cov[2];
+    const std::array<double, 3>& cov = look.cov;
+    PositionEstimate<frame::Optical> seen{look.seen, internal::recorded_covariance(cov)};
     const bool is_covariance = cov[0] > 0 && cov[2] > 0 && seen.cov.allFinite() &&
                                std::abs(cov[1] / std::sqrt(cov[0]) / std::sqrt(cov[2])) < 1;
     if (!is_covariance) {
@@ -87,7 +100,7 @@ class TableLooks {
           "cov", Code::MeasurementInvalid, "[xx, xy, yy] with xx > 0, yy > 0 and xy^2 < xx yy"));
     }
     seen.cov += config_.walk.uncertainty.stage_mm2();
-    sights_.data.seen.push_back({view_of(static_cast<std::size_t>(pose), axis_mm), i_dot, seen});
+    sights_.data.seen.push_back({view_of(look.pose, look.axis.in_mm()), i_dot, seen});
     return {};
   }
 

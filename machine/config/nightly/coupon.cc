@@ -4,8 +4,8 @@
 #include <string>
 #include <string_view>
 
+#include "calib/base/fields/slots.h"
 #include "calib/spindle/fit.h"
-#include "machine/config/fields/slots.h"
 #include "machine/config/sections/sections.h"
 #include "machine/config/toml/ranges.h"
 #include <fmt/format.h>

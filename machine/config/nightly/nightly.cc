@@ -4,8 +4,8 @@
 #include <string_view>
 #include <utility>
 
+#include "calib/base/fields/slots.h"
 #include "calib/ledger/entry/entry.h"
-#include "machine/config/fields/slots.h"
 #include "machine/config/nightly/surface.h"
 #include "machine/config/sections/sections.h"
 #include "machine/config/toml/command_words.h"

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <optional>
 
+#include "calib/base/fields/slots.h"
 #include "calib/base/files/atomic_file.h"
-#include "machine/config/fields/slots.h"
 #include "machine/config/plate/plate_tags.h"
 #include "machine/config/toml/ranges.h"
 #include "machine/config/toml/toml_table.h"

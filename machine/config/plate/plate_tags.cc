@@ -8,7 +8,7 @@
 #include <string_view>
 #include <utility>
 
-#include "machine/config/fields/slots.h"
+#include "calib/base/fields/slots.h"
 #include "machine/config/toml/ranges.h"
 #include "vision/tag/family.h"
 #include <Eigen/Core>

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <array>
 
-#include "machine/config/fields/slots.h"
+#include "calib/base/fields/slots.h"
 #include "machine/config/sections/sections.h"
 #include "machine/config/toml/ranges.h"
 

@@ -5,7 +5,7 @@
 #include <system_error>
 #include <utility>
 
-#include "machine/config/fields/slots.h"
+#include "calib/base/fields/slots.h"
 #include "machine/config/sections/sections.h"
 #include "machine/config/toml/ranges.h"
 #include <fmt/format.h>

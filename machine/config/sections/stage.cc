@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "machine/config/fields/slots.h"
+#include "calib/base/fields/slots.h"
 #include "machine/config/sections/sections.h"
 #include "machine/config/toml/command_words.h"
 #include "machine/config/toml/ranges.h"

@@ -3,8 +3,8 @@
 #include <memory>
 #include <utility>
 
+#include "calib/base/fields/slots.h"
 #include "calib/table/calibration_file.h"
-#include "machine/config/fields/slots.h"
 #include "machine/config/sections/sections.h"
 
 namespace panelcal::internal {

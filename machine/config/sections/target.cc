@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-#include "machine/config/fields/slots.h"
+#include "calib/base/fields/slots.h"
 #include "machine/config/sections/sections.h"
 #include "machine/config/toml/ranges.h"
 #include "vision/locate/target_check.h"

@@ -3,8 +3,8 @@
 #include <chrono>
 
 #include "calib/base/clock.h"
+#include "calib/base/fields/slots.h"
 #include "calib/camera/calibration/shared_error.h"
-#include "machine/config/fields/slots.h"
 #include "machine/config/sections/sections.h"
 #include <fmt/format.h>
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "machine/config/fields/slots.h"
+#include "calib/base/fields/slots.h"
 #include "machine/config/sections/sections.h"
 #include "machine/config/sections/target.h"
 #include "machine/config/toml/ranges.h"

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "machine/config/fields/slots.h"
+#include "calib/base/fields/slots.h"
 #include "machine/config/sections/sections.h"
 #include "machine/config/sim/surface.h"
 #include "machine/config/toml/ranges.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "machine/config/fields/field.h"
+#include "calib/base/fields/field.h"
 
 // Not installed. What the keys of several tables take.
 namespace panelcal::internal {

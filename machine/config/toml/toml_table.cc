@@ -230,8 +230,9 @@ Expected<void> TomlTable::read_value(const Field& field, FieldValue& value) cons
     }
     case FieldKind::WallTime:
       return take(wall_time(key), value.time);
+    default:
+      return {};  // of JSON alone
   }
-  return {};
 }
 
 std::filesystem::path TomlTable::folder() const {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "calib/base/expected.h"
-#include "machine/config/fields/field.h"
+#include "calib/base/fields/field.h"
 #include <Eigen/Core>
 #include <toml++/toml.h>
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "calib/base/expected.h"
-#include "machine/config/fields/slots.h"
+#include "calib/base/fields/slots.h"
 #include "machine/config/toml/ranges.h"
 #include "machine/config/toml/toml_table.h"
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "calib/base/expected.h"
-#include "calib/base/json/noted_head.h"
+#include "calib/base/fields/noted_head.h"
 #include "calib/ledger/ledger.h"
 #include "machine/nightly/record/night_files.h"
 

@@ -2,20 +2,41 @@
 #include "machine/sim/pictures/sample_pictures.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <utility>
 
-#include "calib/base/append_format.h"
+#include "calib/base/fields/json.h"
+#include "calib/base/fields/slots.h"
 #include "calib/base/files/atomic_file.h"
+#include "machine/config/json_files.h"
 #include "machine/sim/pictures/synth_folder.h"
 #include "machine/sim/random_streams.h"
 #include "machine/sim/sim_scene.h"
-#include "program/text/json_text.h"
 #include "vision/picture/files/image_io.h"
 #include "vision/render/scene_marks.h"
 #include "vision/render/scene_projection.h"
 #include <fmt/format.h>
+
+namespace panelcal::internal {
+namespace {
+
+std::string_view shape_name(Shape shape) {
+  return name(shape);
+}
+
+#include "machine/sim/pictures/sample_pictures.def"
+
+}  // namespace
+
+JsonFile sample_truth_file() {
+  return {"sample-truth.json",
+          "The truth of pictures of single targets: `truth.json` of `panelcal synth --tool`.",
+          {&kSamples}};
+}
+
+}  // namespace panelcal::internal
 
 namespace panelcal {
 namespace {
@@ -47,26 +68,6 @@ Diagnostic refusal(Code code, const MachineConfig& config, std::string what, std
   return {code, {config.file.string(), 0, 0}, std::move(what), std::move(expected)};
 }
 
-void append_picture(std::string& out, const SampleTruth& truth, const SampleSet& set) {
-  out += "{\"file\":";
-  append_json_string(out, truth.file);
-  internal::append_format(out, ",\"center_px\":[{},{}]", truth.center_px.x(), truth.center_px.y());
-  if (set.has_mm) {
-    internal::append_format(
-        out, ",\"center_mm\":[{},{}]", truth.center_mm.x(), truth.center_mm.y());
-  }
-  internal::append_format(out,
-                          ",\"angle_rad\":{},\"visible\":{},\"neighbors\":{}",
-                          truth.angle.in_rad(),
-                          truth.visible,
-                          truth.n_neighbors);
-  if (truth.hole_offset_px) {
-    internal::append_format(
-        out, ",\"hole_offset_px\":[{},{}]", truth.hole_offset_px->x(), truth.hole_offset_px->y());
-  }
-  out += '}';
-}
-
 }  // namespace
 
 SampleRenderer::SampleRenderer(const MachineConfig& config, const Target& target)
@@ -80,7 +81,6 @@ SampleRenderer::SampleRenderer(const MachineConfig& config, const Target& target
   common_.size = target.size ? px(target.size->in_mm() / scale_mm) : *target.size_px;
   common_.noise = camera_.noise;
   common_.blur_px = camera_.blur_px;
-  common_.has_mm = target.size.has_value();
 }
 
 Expected<SampleRenderer> SampleRenderer::create(const MachineConfig& config, int tool) {
@@ -159,7 +159,8 @@ Sample SampleRenderer::draw(int i) const {
   Sample sample;
   SampleTruth& truth = sample.truth;
   truth.center_px = draw_place(random);
-  truth.center_mm = projection.board_of(truth.center_px);
+  const Eigen::Vector2d center_mm = projection.board_of(truth.center_px);
+  if (target_.size) truth.center_mm = center_mm;
   const Angle turn = draw_turn(random);
   truth.angle = has_angle(target_.shape) ? target_.angle + turn : Angle();
 
@@ -169,13 +170,13 @@ Sample SampleRenderer::draw(int i) const {
   scene.weave.panel_from_optical = Transform<frame::Nominal, frame::Optical>(
       Eigen::Matrix2d::Identity(), Eigen::Vector2d(x_mm, y_mm));
   const internal::SimMarkPlace place{
-      position_mm<frame::Optical>(truth.center_mm),
+      position_mm<frame::Optical>(center_mm),
       turn,
       mm(2 * std::hypot(camera_.width, camera_.height) * projection.scale_mm_per_px())};
   scene.features = internal::sim_mark(sim_, target_, place, calibrated_, base.fork(1));
   const std::vector<Feature> mark = scene.features;
   if (target_.shape == Shape::Ring) {
-    const Eigen::Vector2d hole_mm = truth.center_mm + mark.front().hole_offset.in_mm();
+    const Eigen::Vector2d hole_mm = center_mm + mark.front().hole_offset.in_mm();
     const auto hole_px = projection.image_of(hole_mm);
     if (hole_px) truth.hole_offset_px = *hole_px - truth.center_px;
   }
@@ -209,23 +210,7 @@ Expected<SampleSet> write_samples(const SampleRenderer& renderer,
 }
 
 std::string sample_truth_text(const SampleSet& samples) {
-  std::string out = fmt::format(
-      "{{\"kind\":\"sample-truth\",\"version\":1,\"seed\":{},\"tool\":{},\"shape\":\"{}\",\n"
-      "\"size_px\":{},",
-      samples.seed,
-      samples.target.number,
-      name(samples.target.shape),
-      samples.size.in_px());
-  if (samples.target.size) {
-    internal::append_format(out, "\"size_mm\":{},", samples.target.size->in_mm());
-  }
-  internal::append_format(
-      out, "\"noise\":{},\"blur_px\":{},\n\"pictures\":[", samples.noise, samples.blur_px);
-  for (std::size_t i = 0; i < samples.pictures.size(); ++i) {
-    out += i == 0 ? "\n" : ",\n";
-    append_picture(out, samples.pictures[i], samples);
-  }
-  return out + "\n]}\n";
+  return internal::json_text(internal::kSamples, samples, internal::JsonStyle::Compact) + "\n";
 }
 
 }  // namespace panelcal

@@ -23,7 +23,8 @@ namespace panelcal {
 struct SampleTruth {
   std::string file;
   Eigen::Vector2d center_px = Eigen::Vector2d::Zero();
-  Eigen::Vector2d center_mm = Eigen::Vector2d::Zero();  ///< from the optical axis, on the board
+  /// From the optical axis, on the board; only of a target whose size is in mm.
+  std::optional<Eigen::Vector2d> center_mm;
   Angle angle;         ///< in the frame of Target; 0 for discs, holes and rings
   double visible = 1;  ///< part of the outline without debris; of slots near the target
   int n_neighbors = 0;
@@ -38,7 +39,6 @@ struct SampleSet {
   PixelLength size;  ///< as Target::size means it, in undistorted pixels
   double noise = 0;  ///< sigma per pixel, grey levels of the pictures
   double blur_px = 0;
-  bool has_mm = false;  ///< the target's size is in mm, and so the camera is calibrated
   std::vector<SampleTruth> pictures;
 };
 

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <array>
 #include <cstddef>
 #include <limits>
 #include <map>
 #include <utility>
 
-#include "calib/base/json/json_line.h"
-#include "surface/files/formats/probe_keys.h"
+#include "calib/base/fields/json.h"
+#include "calib/base/fields/slots.h"
 #include "surface/files/probe_readers.h"
 #include "surface/files/text_fields.h"
 #include <fmt/format.h>
@@ -14,50 +15,36 @@ namespace panelcal::internal {
 namespace {
 
 constexpr Code kCode = Code::MeasurementFile;
-/// More spindles than a machine has.
-constexpr int kMaxAxis = 63;
 
 /// One line: the height of one Z axis, or that nothing was found.
 struct Reading {
   std::int64_t probe = 0;
   Eigen::Vector2d nominal_mm = Eigen::Vector2d::Zero();
+  bool is_found = false;
   std::optional<int> z_axis;  ///< empty: nothing was found
-  HeightEstimate height;
-  std::string reason;
+  std::optional<Length> height;
+  std::optional<Length> sigma;
+  std::string reason = "the probe found nothing";
   Place from;
 };
 
-Expected<Reading> read_found(const JsonLine& line, Reading reading) {
-  PANELCAL_TRY(const std::int64_t z_axis, line.integer("zaxis", 0, kMaxAxis, kCode));
-  PANELCAL_TRY(const double height_mm, line.number("height", kCode));
-  PANELCAL_TRY(const double sigma_mm, line.number("sigma", kCode));
-  if (!(sigma_mm > 0)) {
-    return failure(line.problem("sigma", Code::MeasurementInvalid, "above 0 for a map"));
-  }
-  reading.z_axis = static_cast<int>(z_axis);
-  reading.height = {mm(height_mm), mm(sigma_mm)};
-  return reading;
+std::optional<bool> found_of_word(std::string_view word) {
+  if (word == "found") return true;
+  return word == "not_found" ? std::optional(false) : std::nullopt;
 }
 
-Expected<Reading> read_line(const JsonLine& line, Place from) {
-  PANELCAL_CHECK(line.check_keys(kProbeKeys, kCode));
-  Reading out;
+#include "surface/files/formats/recorded_probes.def"
+
+Expected<Reading> reading_of(const JsonLine& line, Place from) {
+  PANELCAL_TRY(Reading out, read_line(kReading, line, kCode));
   out.from = std::move(from);
-  PANELCAL_TRY(out.probe,
-               line.integer("probe", 0, std::numeric_limits<std::int64_t>::max(), kCode));
-  PANELCAL_TRY(const std::vector<double> xy_mm, line.numbers("nominal", 2, kCode));
-  out.nominal_mm = {xy_mm[0], xy_mm[1]};
-  PANELCAL_TRY(const std::string status, line.text("status", kCode));
-  if (status == "found") return read_found(line, std::move(out));
-  if (status != "not_found") return failure(line.problem("status", kCode, "found or not_found"));
   for (const std::string_view key : {"zaxis", "height", "sigma"}) {
-    if (line.has(key)) {
-      return failure(line.problem(key, kCode, "no height unless status is found"));
-    }
+    if (line.has(key) == out.is_found) continue;
+    if (out.is_found) return failure(line.missing(key, kCode));
+    return failure(line.problem(key, kCode, "no height unless status is found"));
   }
-  out.reason = "the probe found nothing";
-  if (line.has("reason")) {
-    PANELCAL_TRY(out.reason, line.text("reason", kCode));
+  if (out.sigma && !(*out.sigma > Length())) {
+    return failure(line.problem("sigma", Code::MeasurementInvalid, "above 0 for a map"));
   }
   return out;
 }
@@ -121,7 +108,8 @@ Expected<ProbeFile> Probes::finish(const std::string& file, const ProbeFileOptio
     }
     // A machine with one Z axis calls it 0, whichever spindle that is.
     if (options.z_axis || readings.size() > 1 || *z_axis > 0) out.z_axis = z_axis;
-    out.points.push_back({place, chosen->height, std::move(name), chosen->from});
+    const HeightEstimate height = {*chosen->height, *chosen->sigma};
+    out.points.push_back({place, height, std::move(name), chosen->from});
   }
   return out;
 }
@@ -142,7 +130,7 @@ Expected<ProbeFile> parse_recorded_probes(std::string_view text,
           {kCode, from, "the file is too long", fmt::format("at most {} lines", kMaxFileProbes)});
     }
     PANELCAL_TRY(const JsonLine parsed, JsonLine::parse(line->text, from));
-    PANELCAL_TRY(Reading reading, read_line(parsed, from));
+    PANELCAL_TRY(Reading reading, reading_of(parsed, from));
     PANELCAL_CHECK(probes.add(parsed, std::move(reading)));
   }
   return probes.finish(file, options);

@@ -191,7 +191,7 @@ TEST(SpindleCalibrationFile, RefusesWrongTypesAndOtherKinds) {
 
 TEST(SpindleCalibrationFile, RefusesNumbersThatCannotBe) {
   EXPECT_THAT(parse(text_with("[45.03125, -2.98]", "[45.03125, -2.98e6]")),
-              FailsWith(Code::CalibrationInvalid, "spindle 1 station 1"));
+              FailsWith(Code::CalibrationInvalid, "\"offset_mm\" of offset 0"));
   for (const char* cov : {"[[4e-06, 5e-06], [5e-06, 4e-06]]",
                           "[[4e-06, 1e-06], [0, 4e-06]]",
                           "[[-4e-06, 0], [0, 4e-06]]",

@@ -40,7 +40,7 @@ TEST(RecordedCalibration, RefusesWhatIsNone) {
   refuses(with("\"offset\":[45,-3],", ""), Code::MeasurementFile, "m.jsonl:1:");
   refuses(with("2e-06,0", "-2e-06,0"), Code::MeasurementInvalid, "m.jsonl:1:");
   refuses(with("2e-06,0", "2e-06,3e-06"), Code::MeasurementInvalid, "xy^2 <= xx yy");
-  refuses(with("[45,", "[1e300,"), Code::MeasurementFile, "1000000 mm");
+  refuses(with("[45,", "[1e300,"), Code::MeasurementFile, "-1000000 to 1000000");
   refuses(with("\"calibration\":0", "\"calibration\":-1"), Code::MeasurementFile, "m.jsonl:1:");
   refuses(with("\"text\"", "\"txet\""), Code::MeasurementFile, "text");
   refuses(

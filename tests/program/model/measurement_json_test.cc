@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "calib/base/json/json_string.h"
 #include "program/model/measurement.h"
-#include "program/text/json_text.h"
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "program/model/calibration_order.h"
 #include <gtest/gtest.h>
 
 namespace panelcal {
@@ -31,14 +32,15 @@ TEST(PatternFile, IsNotTheProgramItself) {
 }
 
 TEST(PatternFile, IsWrittenWithItsContentWhereThatIsKnown) {
-  std::string out = "{\"seq\":0";
-  append_pattern(out, {});
-  EXPECT_EQ(out, "{\"seq\":0");
-  append_pattern(out, {"a\"b", ""});
-  EXPECT_EQ(out, R"({"seq":0,"file":"a\"b")");
-  out.clear();
-  append_pattern(out, {"/a/boards/PINS", kOne});
-  EXPECT_EQ(out, R"(,"file":"PINS","file_sha256":")" + kOne + "\"");
+  CalibrationOrder order;
+  EXPECT_EQ(to_json(order), R"({"calibration":0,"line":0,"command":"","path":[]})");
+  order.file = "a\"b";
+  EXPECT_EQ(to_json(order), R"({"calibration":0,"line":0,"command":"","path":[],"file":"a\"b"})");
+  order.file = "/a/boards/PINS";
+  order.file_sha256 = kOne;
+  EXPECT_EQ(to_json(order),
+            R"({"calibration":0,"line":0,"command":"","path":[],"file":"PINS","file_sha256":")" +
+                kOne + "\"}");
 }
 
 TEST(PatternFile, IsNamedWithTheBeginningOfItsDigest) {

@@ -164,7 +164,7 @@ TEST(MapFile, RefusesWhatIsNoMap) {
   EXPECT_THAT(again(""), FailsWith(Code::JsonSyntax, "map.json"));
   EXPECT_THAT(again("[]"), FailsWith(Code::MeasurementFile));
   EXPECT_THAT(with("\"place\": [-150, ", "\"place\": [1e9, "),
-              FailsWith(Code::MeasurementFile, "1000000000 mm"));
+              FailsWith(Code::MeasurementFile, "\"place\" of probe 0"));
 }
 
 TEST(MapFile, KeepsTheShapesThatASurfaceIsTheAverageOf) {

@@ -11,12 +11,17 @@
 
 #include "calib/base/append_format.h"
 #include "calib/base/diagnostic.h"
-#include "machine/config/fields/page.h"
+#include "calib/base/fields/page.h"
+#include "calib/json_files.h"
+#include "machine/config/json_files.h"
 #include "machine/config/machine_file.h"
 #include "program/excellon/text/header_words.h"
 #include "program/excellon/text/lexer.h"
+#include "program/model/recorded.h"
 #include "program/sieb_meyer/text/cnc_commands.h"
 #include "program/sieb_meyer/text/lexer.h"
+#include "program/walk/probe_line.h"
+#include "surface/json_files.h"
 #include "tools/cli/process/exit_code.h"
 #include <fmt/format.h>
 
@@ -330,6 +335,46 @@ std::string machine_toml_page() {
          internal::page_of(internal::machine_file());
 }
 
+std::vector<internal::JsonFile> json_files() {
+  return {internal::camera_file(),
+          internal::spindle_file(),
+          internal::table_file(),
+          internal::surface_map_file(),
+          internal::measurements_file(),
+          internal::calibrations_file(),
+          internal::probes_file(),
+          internal::plate_looks_file(),
+          internal::ledger_entry_file(),
+          internal::coupon_file(),
+          internal::truth_file(),
+          internal::sample_truth_file()};
+}
+
+std::string json_files_page() {
+  std::string out =
+      "# JSON files\n\n"
+      "All keys are required but those that may be absent, and no other is allowed: an unknown key "
+      "is an error that names the nearest known one. Numbers are finite and are written in the "
+      "fewest digits that read back exactly; a key's end is its unit, and where it has none, "
+      "`units` says it. Keys of objects in objects stand behind a dot, those of lists of objects "
+      "behind `[]`.\n\n"
+      "This page is `panelcal help json-files`. Each file has a JSON Schema in `share/schema/`, "
+      "which `panelcal help camera.cal.schema.json` and so on prints.\n";
+  for (const internal::JsonFile& file : json_files()) out += internal::page_of(file);
+  return out;
+}
+
+/// The schema of "camera.cal.json" for the topic "camera.cal.schema.json".
+std::optional<std::string> json_schema(std::string_view topic) {
+  constexpr std::string_view kEnd = ".schema.json";
+  if (!topic.ends_with(kEnd)) return std::nullopt;
+  topic.remove_suffix(kEnd.size());
+  for (const internal::JsonFile& file : json_files()) {
+    if (file.name.substr(0, file.name.rfind('.')) == topic) return internal::schema_of(file);
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::optional<std::string> help_topic(std::string_view topic) {
@@ -338,7 +383,8 @@ std::optional<std::string> help_topic(std::string_view topic) {
   if (topic == "sieb-meyer") return sieb_meyer_page();
   if (topic == "machine.toml") return machine_toml_page();
   if (topic == "machine.schema.json") return internal::schema_of(internal::machine_file());
-  return std::nullopt;
+  if (topic == "json-files") return json_files_page();
+  return json_schema(topic);
 }
 
 }  // namespace panelcal

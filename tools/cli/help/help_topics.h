@@ -8,9 +8,9 @@
 namespace panelcal {
 
 /// A reference page in Markdown, made from the tables that the program itself uses: `diagnostics`,
-/// `excellon`, `sieb-meyer`, `machine.toml`; or `machine.schema.json`, a JSON Schema. The files of
-/// docs/ and share/schema/ that tests/tools/CMakeLists.txt lists are these pages. Empty for any
-/// other topic.
+/// `excellon`, `sieb-meyer`, `machine.toml`, `json-files`; or a JSON Schema: `machine.schema.json`,
+/// `camera.cal.schema.json` and so on. The files of docs/ and share/schema/ that
+/// tests/tools/CMakeLists.txt lists are these pages. Empty for any other topic.
 std::optional<std::string> help_topic(std::string_view topic);
 
 }  // namespace panelcal
