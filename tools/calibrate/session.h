@@ -70,7 +70,7 @@ class Session {
   /// In     refusal: what speaks against it; empty: nothing
   Expected<void> finish(LedgerDraft draft, const Calibration& kind, const std::string& refusal);
 
-  /// What finish() refused it for; empty: it was not.
+  /// Reason for which finish() refused it; empty: it was not refused.
   const std::string& refusal() const { return refusal_; }
   const std::optional<std::int64_t>& entry() const { return entry_; }
 

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <utility>
 
-#include "calib/base/files/atomic_file.h"
 #include "calib/base/fields/noted_head.h"
+#include "calib/base/files/atomic_file.h"
 #include "calib/camera/calibration/calibration_file.h"
 #include "machine/calibrate/kinds/coupon_scatter.h"
 #include "machine/calibrate/kinds/parts.h"

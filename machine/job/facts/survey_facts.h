@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "program/walk/survey.h"
 #include "machine/job/facts/input.h"
+#include "program/walk/survey.h"
 #include <Eigen/Core>
 
 namespace panelcal::facts {
