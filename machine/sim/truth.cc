@@ -14,6 +14,7 @@
 #include "calib/base/statistics/random.h"
 #include "machine/config/json_files.h"
 #include "machine/sim/random_streams.h"
+#include <Eigen/LU>
 #include <fmt/format.h>
 
 namespace panelcal::internal {
