@@ -35,7 +35,7 @@ def files_in_use(command, names):
 
 def problems_of(panelcal, folder, command, option, name, before):
     words = [panelcal, *command.split(), *shlex.split(real_files.COMMANDS[command]), option, name]
-    if command == "surface fit" and option != "--output":
+    if command in ("surface fit", "surface apply", "surface export") and option != "--output":
         words += ["-o", "new.json"]
     done = subprocess.run(words, cwd=folder, capture_output=True, text=True, timeout=120)
     after = real_files.content(folder)
