@@ -110,7 +110,7 @@ class JobReport(unittest.TestCase):
           for (let x = 40; x < box.width - 40; x += 4) for (let y = 40; y < box.height - 40; y += 7) {
             const at = { clientX: box.left + x, clientY: box.top + y, bubbles: true };
             canvas.dispatchEvent(new PointerEvent("pointermove", at));
-            const hint = document.querySelector(".map .hint");
+            const hint = document.querySelector(".map .hint:not([hidden])");
             if (hint) return hint.innerText;
           }
           return "";""")
