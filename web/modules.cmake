@@ -7,20 +7,20 @@ set(PANELCAL_WEB_MODULES
     base/colours.js
     base/columns.js
     base/leverage.js
+    figures/pointed.js
     figures/plane.js
     figures/field.js
+    figures/target_picture.js
+    figures/panel_arrows.js
     figures/leverage_map.js
     figures/surface_map.js
     figures/place_index.js
     figures/map_colours.js
     figures/job_map.js
-    figures/target_picture.js
-    figures/arrows.js
-    figures/job_charts.js
-    figures/pointed.js
+    figures/shift_plans.js
     figures/chart.js
+    figures/job_charts.js
     figures/nights.js
-    figures/panel_arrows.js
     views/job_targets.js
     views/job_fits.js
     views/job.js

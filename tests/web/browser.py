@@ -18,6 +18,8 @@ except ImportError:
 SKIP = 77
 WIDTHS = (400, 1280, 2560)
 HOSTILE = "<img src=x onerror=\"window.injected=1\"><script>window.injected=1</script>&lt;b&gt;'\"</script>\u202e\u0007"
+# What turns the direction of writing, and control characters, are shown as their codes.
+HOSTILE_SHOWN = HOSTILE.replace("\u202e", "\\u202e").replace("\u0007", "\\u0007")
 
 # Elements that reach over the window's edge (but in what scrolls by itself), and texts of figures that leave them.
 CUT_OFF = """

@@ -110,7 +110,7 @@ class JobReport(unittest.TestCase):
           for (let x = 40; x < box.width - 40; x += 4) for (let y = 40; y < box.height - 40; y += 7) {
             const at = { clientX: box.left + x, clientY: box.top + y, bubbles: true };
             canvas.dispatchEvent(new PointerEvent("pointermove", at));
-            const hint = document.querySelector(".map .hint");
+            const hint = document.querySelector(".map .hint:not([hidden])");
             if (hint) return hint.innerText;
           }
           return "";""")
@@ -125,6 +125,34 @@ class JobReport(unittest.TestCase):
                         "s.dispatchEvent(new Event('change'))", mode)
             pictures.add(self.script("return document.querySelector('.map canvas').toDataURL()"))
         self.assertGreaterEqual(len(pictures), 3)
+
+    def test_the_surface_of_depths_and_an_autofocus_are_drawn(self):
+        # A plane that rises by 0.01 mm from node to node along x.
+        n = 8
+        heights = [1.5 + 0.01 * (i % n) if i else None for i in range(n * n)]
+        depth_map = {"axis": 1, "zone": "", "low_mm": [0, 0], "step_mm": 10, "n_x": n, "n_y": n, "height_mm": heights,
+                     "sigma_um": [2] * (n * n)}
+        worst = {"axis": 1, "line": 30, "file": None, "board": [], "nominal_mm": [30, 30], "mean_um": 1, "sigma_um": 2,
+                 "risk_too_shallow": 0.1, "risk_too_deep": 0.2}
+        tool = {"tool": 1, "n_depths": 1, "n_judged": 1, "too_shallow_um": 9, "too_deep_um": 9, "largest_mean_um": 1,
+                "largest_sigma_um": 2, "expected_too_shallow": 0.1, "expected_too_deep": 0.2, "n_warned": 0, "n_held": 0,
+                "worst": worst}
+        depth = {"sentence": "depths hold", "n_judged": 1, "expected_broken": 0.3, "worst_risk": 0.2, "warn_above": 0.01,
+                 "hold_above": 0.1, "machine_sigma_um": 1, "surface_lines": [], "tools": [tool], "maps": [depth_map]}
+        curve = [{"z_mm": 10 + 0.1 * k, "sharpness": 9 - (k - 3) ** 2} for k in range(7)]
+        focus = [{"line": 5, "expected_mm": [1, 2], "is_found": True, "z_mm": 10.3, "sigma_um": 4, "reason": "", "curve": curve}]
+        page = browser.with_facts(self.demo, {**self.facts, "depth": depth, "focus": focus}, self.folder / "depth.html")
+        for width_px in browser.WIDTHS:
+            self.page.open(page, width_px)
+            self.assertEqual(self.page.cut_off(), [])
+        said = self.script("""
+          const canvas = document.querySelector("#depth canvas"), box = canvas.getBoundingClientRect();
+          canvas.dispatchEvent(new PointerEvent("pointermove", {clientX: box.left + box.width / 2, clientY: box.top + box.height / 2}));
+          return [...document.querySelectorAll("#depth .hint div")].map((one) => one.textContent);""")
+        x = float(re.match(r"\(([\d.]+),", said[0])[1])
+        self.assertAlmostEqual(float(said[1].split("\u00a0")[0]), 1.5 + 0.001 * x, delta=1e-4)
+        self.assertEqual(self.page.count("#focus svg circle.filled"), len(curve))
+        self.assertEqual(self.page.point_at("#focus svg circle.filled", 3)[-1], "10.3000\u00a0mm: 9.00")
 
     def test_german_and_english(self):
         self.page.open(self.demo)

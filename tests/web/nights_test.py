@@ -237,7 +237,7 @@ class Pages(unittest.TestCase):
                 self.assertIsNone(self.browser.run("return window.injected ?? null"))
                 self.assertEqual(self.browser.count("img"), 0)
                 self.assertEqual(self.browser.count("script"), 3)
-                self.assertIn(browser.HOSTILE, "".join(self.browser.texts("main")))
+                self.assertIn(browser.HOSTILE_SHOWN, "".join(self.browser.texts("main")))
 
     def test_speaks_german(self):
         self.browser.open(self.page)

@@ -22,3 +22,19 @@ export function columnOf(column) {
 export function wordsOf(column) {
   return Array.from(columnOf(column.index), (i) => column.words[i ?? 0]);
 }
+
+/**
+ * Smallest and largest finite value; null where there is none.
+ * @param {ArrayLike<number | null>} values
+ * @returns {[number, number] | null}
+ */
+export function extremes(values) {
+  let low = Infinity, high = -Infinity;
+  for (let i = 0; i < values.length; i++) {
+    const value = values[i];
+    if (value === null || !Number.isFinite(value)) continue;
+    if (value < low) low = value;
+    if (value > high) high = value;
+  }
+  return low <= high ? [low, high] : null;
+}

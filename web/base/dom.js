@@ -106,6 +106,37 @@ export function table(columns, rows, className = "") {
         element("tr", {}, row.map((cell, i) => element("td", { class: cellClass(i) }, cell)))))));
 }
 
+/** @param {Child} title of a column of numbers */
+export function number(title) {
+  return { title, number: true };
+}
+
+/**
+ * Names and values, one below the other; what has no value is left out.
+ * @param {Child[][]} rows
+ * @param {string} [className] of the values
+ */
+export function rowList(rows, className = "mono") {
+  return element("dl", { class: "rows" }, rows.filter(([, value]) => value).map(([name, value]) =>
+    [element("dt", {}, name), element("dd", { class: className }, value)]));
+}
+
+/**
+ * What is made when it is opened: many pages have more than anybody looks at.
+ * @param {Child} summary
+ * @param {() => Child} make
+ * @param {Attributes} [attributes]
+ */
+export function unfolding(summary, make, attributes = {}) {
+  const details = element("details", attributes, element("summary", {}, summary));
+  const fill = () => {
+    if (details.open && details.childElementCount === 1) append(details, make());
+  };
+  details.addEventListener("toggle", fill);
+  fill();
+  return details;
+}
+
 /**
  * A tile of the first screen: name, value, remark.
  * @param {Child} name
@@ -135,4 +166,16 @@ export function meter(share, kind = "good") {
   const width = `${Math.round(100 * Math.min(1, Math.max(0, share)))}%`;
   return element("span", { class: `meter ${kind}`, "aria-hidden": "true" },
     element("span", { style: { width } }));
+}
+
+/**
+ * The colours of a map between what their ends mean.
+ * @param {Child} low
+ * @param {Child} high
+ * @param {(share: number) => string} css
+ */
+export function colourScale(low, high, css) {
+  const stops = Array.from({ length: 11 }, (_, i) => css(i / 10)).join(", ");
+  return element("span", { class: "colour-bar", "aria-hidden": "true" }, low,
+    element("span", { style: { background: `linear-gradient(to right, ${stops})` } }), high);
 }

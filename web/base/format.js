@@ -81,6 +81,27 @@ export function withSigma(value, sigma, unit, signed = true) {
   return `${fixed(value, decimals, { signed })} \u00b1 ${fixed(sigma, decimals)}\u00a0${unit}`;
 }
 
+/** A step of 1, 2 or 5 times a power of ten that is at least this.
+ * @param {number} least */
+export function roundStep(least) {
+  const power = 10 ** Math.floor(Math.log10(least));
+  return power * (least <= power ? 1 : least <= 2 * power ? 2 : least <= 5 * power ? 5 : 10);
+}
+
+/** Multiples of a round step in a range, about n of them.
+ * @param {number} low @param {number} high @param {number} n */
+export function roundLevels(low, high, n) {
+  const out = [], step = roundStep((high - low) / n);
+  for (let i = Math.ceil(low / step); high > low && i * step <= high; ++i) out.push(i * step || 0);
+  return out;
+}
+
+/** Decimals that tell apart multiples of a step.
+ * @param {number} step */
+export function decimalsOf(step) {
+  return Math.min(9, Math.max(0, Math.ceil(-Math.log10(step) - 1e-9)));
+}
+
 /** A probability: 0.14, 6.3 x 10^-5, < 10^-12.
  * @param {number | null | undefined} risk */
 export function probability(risk) {

@@ -124,3 +124,10 @@ export function predictedFit(targets, jacobian, baseCov) {
 export function greatestSigma([xx, xy, yy]) {
   return Math.sqrt(Math.max(0, (xx + yy) / 2 + Math.hypot((xx - yy) / 2, xy)));
 }
+
+/** Sigma of a place under a map, in the unit of its coefficients [l00 l01 l10 l11 tx ty].
+ * @param {Matrix} covariance @param {number} x @param {number} y */
+export function mapSigma(covariance, x, y) {
+  const [[xx, xy], [, yy]] = times(times(design(x, y), covariance), transposed(design(x, y)));
+  return greatestSigma([xx, xy, yy]);
+}

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A chart of values over time, or over minutes, that says each point where one points at it.
 import { element, svg } from "../base/dom.js";
-import { fixed } from "../base/format.js";
-import { roundStep } from "./plane.js";
-import { decimalsOf, pointedFigure } from "./pointed.js";
+import { decimalsOf, fixed, roundLevels } from "../base/format.js";
+import { pointedFigure } from "./pointed.js";
 
 /**
  * A value, shown as `mark`; `lines` say it in words. Points that do not count, and crosses where there
@@ -11,10 +10,10 @@ import { decimalsOf, pointedFigure } from "./pointed.js";
  * @typedef {{x: number, y: number, sigma?: number | null, mark: "filled" | "hollow" | "cross",
  *            ring?: boolean, counts?: boolean, beyond?: string, lines: string[]}} ChartPoint
  *
- * `x` is in seconds since 1970, or with `xTitle` in its unit. `steps` hold from their x on; `band` is
+ * `x` is in seconds since 1970, or with `xTitle` in its unit; `least` is the shortest range of it. `steps` hold from their x on; `band` is
  * over the whole width, `box` at one x; `limits` are drawn where they lie near the values, `marks` are
  * upright lines.
- * @typedef {{label: string, yTitle: string, xTitle?: string, points: ChartPoint[],
+ * @typedef {{label: string, yTitle: string, xTitle?: string, least?: number, points: ChartPoint[],
  *            steps?: {x: number, y: number}[], curves?: {x: number, y: number}[][],
  *            band?: {low: number, high: number}, box?: {x: number, low: number, high: number} | null,
  *            limits?: number[], marks?: number[], lanes?: string[]}} ChartContent
@@ -64,7 +63,7 @@ function valueRange(content) {
 /** @param {ChartContent} content */
 function positionRange(content) {
   const range = spanOf([...content.points, ...(content.steps ?? []), ...(content.curves ?? []).flat()].map((one) => one.x));
-  const least = content.xTitle ? 1 : 86400;
+  const least = content.least ?? (content.xTitle ? 1 : 86400);
   const missing = Math.max(0, least - (range.high - range.low)) / 2;
   return { low: range.low - missing, high: range.high + missing };
 }
@@ -117,13 +116,9 @@ function drawChart(content, width) {
  * @param {(name: string, at: number) => Element} across
  */
 function valueTicks(range, y, across) {
-  const step = roundStep((range.high - range.low) / 4);
-  const rows = [];
-  for (let k = Math.ceil(range.low / step); k * step <= range.high; k += 1) {
-    rows.push(across("gridline", k * step), svg("text", { class: "end", x: plainEdge.left - 6, y: y(k * step) + 4 },
-      fixed(k * step, decimalsOf(step))));
-  }
-  return rows;
+  const levels = roundLevels(range.low, range.high, 4), digits = decimalsOf(levels[1] - levels[0]);
+  return levels.map((at) => [across("gridline", at),
+    svg("text", { class: "end", x: plainEdge.left - 6, y: y(at) + 4 }, fixed(at, digits))]);
 }
 
 /** @param {number} left @param {number} right @param {number} top @param {number} bottom */
@@ -145,13 +140,8 @@ function stepPath(steps, x, y) {
  * @param {number} bottom
  */
 function numberTicks(range, x, bottom) {
-  const step = roundStep((range.high - range.low) / 5);
-  const ticks = [];
-  for (let k = Math.ceil(range.low / step); k * step <= range.high; k += 1) {
-    ticks.push(svg("text", { class: "middle", x: x(k * step), y: bottom + 16 },
-      fixed(k * step, decimalsOf(step))));
-  }
-  return ticks;
+  const levels = roundLevels(range.low, range.high, 5), digits = decimalsOf(levels[1] - levels[0]);
+  return levels.map((at) => svg("text", { class: "middle", x: x(at), y: bottom + 16 }, fixed(at, digits)));
 }
 
 /**

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Values at the nodes of an even grid: colours and contours.
 import { colour } from "../base/colours.js";
-import { markText } from "./plane.js";
-import { niceAbove } from "./pointed.js";
 
 /**
  * Rows from low y; a value that is not known is NaN.
@@ -10,11 +8,10 @@ import { niceAbove } from "./pointed.js";
  *   values: Float64Array}} Field
  */
 
-/** @typedef {import("./plane.js").PlaneView} View */
+/** @typedef {import("./plane.js").Plane} Plane */
 
 /**
  * A field of facts; null becomes NaN.
- * @param {any} facts
  * @param {(number | null)[]} values
  * @returns {Field}
  */
@@ -66,12 +63,11 @@ export function fieldAt(field, place) {
 
 /**
  * Paints a field by a function from value to colour, smoothly.
- * @param {CanvasRenderingContext2D} context
- * @param {View} view
+ * @param {Plane} plane
  * @param {Field} field
  * @param {(value: number) => [number, number, number]} paint
  */
-export function paintField(context, view, field, paint) {
+export function paintField(plane, field, paint) {
   const picture = new ImageData(field.columns, field.rows);
   field.values.forEach((value, i) => {
     if (Number.isNaN(value)) return;
@@ -83,12 +79,12 @@ export function paintField(context, view, field, paint) {
   small.width = field.columns;
   small.height = field.rows;
   /** @type {CanvasRenderingContext2D} */ (small.getContext("2d")).putImageData(picture, 0, 0);
-  const width = field.step[0] * view.scale, height = field.step[1] * view.scale;
-  context.imageSmoothingEnabled = true;
-  context.imageSmoothingQuality = "high";
+  const width = field.step[0] * plane.scale, height = field.step[1] * plane.scale;
+  plane.context.imageSmoothingEnabled = true;
+  plane.context.imageSmoothingQuality = "high";
   // Each pixel lies about its node.
-  context.drawImage(small, view.x(field.first[0]) - width / 2,
-    view.y(field.first[1] + (field.rows - 1) * field.step[1]) - height / 2, width * field.columns, height * field.rows);
+  plane.context.drawImage(small, plane.x(field.first[0]) - width / 2,
+    plane.y(field.first[1] + (field.rows - 1) * field.step[1]) - height / 2, width * field.columns, height * field.rows);
 }
 
 /**
@@ -97,7 +93,7 @@ export function paintField(context, view, field, paint) {
  * @param {number} level
  * @returns {[number, number, number, number][]} mm
  */
-export function contourSegments(field, level) {
+function contourSegments(field, level) {
   /** @type {[number, number, number, number][]} */
   const out = [];
   const { columns, values } = field;
@@ -131,13 +127,13 @@ export function contourSegments(field, level) {
 
 /**
  * Draws contours, and the figure of each where there is room.
- * @param {CanvasRenderingContext2D} context
- * @param {View} view
+ * @param {Plane} plane
  * @param {Field} field
  * @param {number[]} levels
  * @param {(level: number) => string} text
  */
-export function drawContours(context, view, field, levels, text) {
+export function drawContours(plane, field, levels, text) {
+  const { context } = plane;
   /** @type {[number, number][]} */
   const taken = [];
   context.lineWidth = 1;
@@ -146,8 +142,8 @@ export function drawContours(context, view, field, levels, text) {
   const all = levels.map((level) => contourSegments(field, level));
   context.beginPath();
   for (const [ax, ay, bx, by] of all.flat()) {
-    context.moveTo(view.x(ax), view.y(ay));
-    context.lineTo(view.x(bx), view.y(by));
+    context.moveTo(plane.x(ax), plane.y(ay));
+    context.lineTo(plane.x(bx), plane.y(by));
   }
   context.stroke();
   context.globalAlpha = 1;
@@ -157,35 +153,28 @@ export function drawContours(context, view, field, levels, text) {
     // From the middle outwards.
     for (let i = 0; i < segments.length; ++i) {
       const segment = segments[(i * 7 + Math.floor(segments.length / 3)) % segments.length];
-      const x = view.x(segment[0]), y = view.y(segment[1]);
-      if (y < view.top + 12 || y > view.bottom - 12) continue;
-      if ([-26, 26].some((aside) => Number.isNaN(fieldAt(field, view.place(x + aside, y))))) continue;
+      const x = plane.x(segment[0]), y = plane.y(segment[1]);
+      if (y < plane.top + 12 || y > plane.bottom - 12) continue;
+      if ([-26, 26].some((aside) => Number.isNaN(fieldAt(field, plane.place(x + aside, y))))) continue;
       if (taken.some(([ox, oy]) => Math.hypot(ox - x, oy - y) < 42)) continue;
       taken.push([x, y]);
-      markText(context, text(levels[k]), x, y, colour("ink"));
+      plane.drawText(text(levels[k]), x, y, colour("ink"));
       break;
     }
   });
 }
 
-/** The least and the greatest of values that are known; null if none is.
- * @param {Float64Array} values
- * @returns {[number, number] | null} */
-export function rangeOf(values) {
-  const known = values.filter((value) => !Number.isNaN(value));
-  return known.length > 0 ? [known.reduce((a, b) => Math.min(a, b)), known.reduce((a, b) => Math.max(a, b))] : null;
-}
-
 /**
- * Round levels between two values, about n of them.
- * @param {number} low
- * @param {number} high
- * @param {number} n
+ * A function of the place, at nodes a few pixels apart over the frame.
+ * @param {Plane} plane
+ * @param {(x_mm: number, y_mm: number) => number} valueAt
+ * @returns {Field}
  */
-export function roundLevels(low, high, n) {
-  if (!(high > low)) return [];
-  const step = niceAbove((high - low) / n);
-  const out = [];
-  for (let i = Math.ceil(low / step); i * step <= high; ++i) out.push(i * step);
-  return out;
+export function sampledField(plane, valueAt) {
+  const columns = 110, rows = Math.max(2, Math.round((columns * (plane.bottom - plane.top)) / (plane.right - plane.left)));
+  const first = plane.place(plane.left, plane.bottom), last = plane.place(plane.right, plane.top);
+  const step = /** @type {[number, number]} */ ([(last[0] - first[0]) / (columns - 1), (last[1] - first[1]) / (rows - 1)]);
+  const values = Float64Array.from({ length: columns * rows }, (_, i) =>
+    valueAt(first[0] + (i % columns) * step[0], first[1] + Math.floor(i / columns) * step[1]));
+  return { first, step, columns, rows, values };
 }

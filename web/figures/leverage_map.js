@@ -5,11 +5,11 @@ import { element } from "../base/dom.js";
 import { fixed, micrometres, percent, place, shortest } from "../base/format.js";
 import { greatestSigma, predictedFit } from "../base/leverage.js";
 import { word, wordOf } from "../base/words.js";
-import { drawContours, paintField } from "./field.js";
-import { drawDots, extentOf, markText, planeFigure, strokeMark, tracePolygon } from "./plane.js";
+import { drawContours, paintField, sampledField } from "./field.js";
+import { arrowKeys, extentOf, Plane } from "./plane.js";
+import { arrowPath } from "./panel_arrows.js";
 
 /** @typedef {import("./plane.js").Point} Point */
-/** @typedef {import("./plane.js").PlaneView} View */
 /** @typedef {import("../base/leverage.js").Target} Target */
 
 // Borders of the colours, times the noise: the same in every picture, so that two can be compared.
@@ -29,15 +29,10 @@ const bandShare = (band) => band / leverageLevels.length;
 /** @param {number} leverage */
 export const timesText = (leverage) => `${fixed(leverage, 2)}\u00a0\u00d7`;
 
-/** @param {any} series */
-export const inForce = (series) => series.models.find((/** @type {any} */ one) => one.model === series.model);
+export const inForce = (series) => series.models.find((one) => one.model === series.model);
 
 /** The targets, the model and the pads that a series has on the page: as written, and as moved. */
 export class Trial {
-  /**
-   * @param {any} facts
-   * @param {any} series
-   */
   constructor(facts, series) {
     this.facts = facts;
     this.series = series;
@@ -53,7 +48,7 @@ export class Trial {
   }
 
   reset() {
-    this.targets = this.series.targets.map((/** @type {any} */ one) => (
+    this.targets = this.series.targets.map((one) => (
       { x: one.nominal_mm[0], y: one.nominal_mm[1], weight: one.weight }));
     this.pads = [];
     this.model = "";
@@ -117,8 +112,7 @@ export class Trial {
     this.fit();
   }
 
-  /** Takes the pads of a proposal.
-   * @param {any} addition */
+  /** Takes the pads of a proposal. */
   propose(addition) {
     const { x_mm, y_mm } = this.series.candidates;
     this.reset();
@@ -136,96 +130,61 @@ export class Trial {
 }
 
 /**
- * Bands of leverage on a grid of a few pixels.
- * @param {Trial} trial
- * @param {View} view
- */
-function leverageField(trial, view) {
-  const columns = 110, rows = Math.max(2, Math.round((columns * (view.bottom - view.top)) / (view.right - view.left)));
-  const first = view.place(view.left, view.bottom), last = view.place(view.right, view.top);
-  const step = /** @type {Point} */ ([(last[0] - first[0]) / (columns - 1), (last[1] - first[1]) / (rows - 1)]);
-  const values = new Float64Array(columns * rows);
-  for (let i = 0; i < values.length; ++i) {
-    values[i] = trial.found?.leverage(first[0] + (i % columns) * step[0], first[1] + Math.floor(i / columns) * step[1]) ?? NaN;
-  }
-  return { first, step, columns, rows, values };
-}
-
-/**
  * Arrows of how places move if one target is off, the longest a fixed length.
- * @param {CanvasRenderingContext2D} context
- * @param {View} view
+ * @param {Plane} plane
  * @param {Trial} trial
  * @param {number} i
  */
-function drawShift(context, view, trial, i) {
+function drawShift(plane, trial, i) {
   const { shift, most_um } = trial.shiftOf(i);
   if (!shift || most_um === 0) return;
   const { x_mm, y_mm } = trial.series.candidates, every = Math.ceil(x_mm.length / mostArrows);
   const scale = 46 / most_um;
-  const arrow = (/** @type {Point} */ at) => {
-    const [dx, dy] = shift(...at), x = view.x(at[0]), y = view.y(at[1]);
-    const ex = x + scale * dx, ey = y - scale * dy, length = Math.hypot(ex - x, ey - y);
-    context.moveTo(x, y);
-    context.lineTo(ex, ey);
-    if (length < 6) return;
-    for (const side of [-1, 1]) {
-      context.moveTo(ex, ey);
-      context.lineTo(ex - (4 * (ex - x)) / length + (side * 2.5 * (ey - y)) / length,
-        ey - (4 * (ey - y)) / length - (side * 2.5 * (ex - x)) / length);
-    }
-  };
-  strokeMark(context, colour("shift"), () => {
-    for (let k = 0; k < x_mm.length; k += every) arrow([x_mm[k], y_mm[k]]);
-    for (const at of trial.series.places_hull_mm) arrow(at);
-  }, 1.4);
+  const places = x_mm.map((x, k) => [x, y_mm[k]]).filter((_, k) => k % every === 0);
+  const arrows = [...places, ...trial.series.places_hull_mm].map((at) => {
+    const [dx, dy] = shift(...at);
+    return arrowPath(plane.x(at[0]), plane.y(at[1]), scale * dx, -scale * dy);
+  });
+  plane.stroke(colour("shift"), new Path2D(arrows.join("")), 1.4);
 }
 
 /**
- * @param {CanvasRenderingContext2D} context
- * @param {View} view
+ * @param {Plane} plane
  * @param {Trial} trial
  * @param {number} chosen index of the target that keys move
  */
-function drawTargets(context, view, trial, chosen) {
-  const { series } = trial;
+function drawTargets(plane, trial, chosen) {
+  const { series } = trial, { context } = plane;
+  const traceCross = ([x_mm, y_mm], arm) => {
+    const x = plane.x(x_mm), y = plane.y(y_mm);
+    context.moveTo(x - arm, y);
+    context.lineTo(x + arm, y);
+    context.moveTo(x, y - arm);
+    context.lineTo(x, y + arm);
+  };
   trial.targets.forEach(({ x, y }, i) => {
-    const written = series.targets[i].nominal_mm, px = view.x(x), py = view.y(y);
-    if (x !== written[0] || y !== written[1]) {
-      context.setLineDash([3, 3]);
-      strokeMark(context, colour("ink"), () => {
-        context.moveTo(view.x(written[0]), view.y(written[1]));
-        context.lineTo(px, py);
-      }, 1);
-      context.setLineDash([]);
-    }
-    strokeMark(context, colour(i === chosen ? "link" : "ink"), () => {
-      context.arc(px, py, 7, 0, 7);
-      context.moveTo(px - 3, py);
-      context.lineTo(px + 3, py);
-      context.moveTo(px, py - 3);
-      context.lineTo(px, py + 3);
+    const written = series.targets[i].nominal_mm;
+    if (x !== written[0] || y !== written[1]) plane.stroke(colour("ink"), () => plane.traceWay([written, [x, y]]), 1, [3, 3]);
+    plane.stroke(colour(i === chosen ? "link" : "ink"), () => {
+      plane.traceCircle([x, y], 7);
+      traceCross([x, y], 3);
     });
   });
   trial.pads.forEach((i) => {
-    const px = view.x(series.candidates.x_mm[i]), py = view.y(series.candidates.y_mm[i]);
+    const at = /** @type {Point} */ ([series.candidates.x_mm[i], series.candidates.y_mm[i]]);
     context.fillStyle = colour("link");
     context.beginPath();
-    context.arc(px, py, 8, 0, 7);
+    plane.traceCircle(at, 8);
     context.fill();
     context.strokeStyle = colour("paper");
     context.lineWidth = 2.2;
     context.beginPath();
-    context.moveTo(px - 4.5, py);
-    context.lineTo(px + 4.5, py);
-    context.moveTo(px, py - 4.5);
-    context.lineTo(px, py + 4.5);
+    traceCross(at, 4.5);
     context.stroke();
   });
 }
 
-/** The colours with their leverages, and in um for the noise of the series.
- * @param {any} series */
+/** The colours with their leverages, and in um for the noise of the series. */
 function leverageScale(series) {
   return element("div", { class: "bands", "aria-hidden": "true" },
     element("div", {}, element("b", {}, "\u00d7"), element("small", {}, "\u00b5m")),
@@ -235,26 +194,22 @@ function leverageScale(series) {
         element("small", {}, fixed(level * series.noise_um, level * series.noise_um < 10 ? 1 : 0))])));
 }
 
-/**
- * The map that moves: fiducials are dragged, pads toggled.
- * @param {any} facts
- * @param {any} series
- */
+/** The map that moves: fiducials are dragged, pads toggled. */
 export function leverageFigure(facts, series) {
   const trial = new Trial(facts, series);
   const { candidates } = series;
   let chosen = -1, wrong = -1;
   const status = element("p", { class: "next", role: "status" });
-  const models = element("select", { "aria-label": word("plan_model"), onchange: () => {
+  const models = element("select", { "aria-label": word("model"), onchange: () => {
     trial.model = models.value;
     changed();
   } }, element("option", { value: "" }, word("plan_model_of_job")),
-    series.models.map((/** @type {any} */ one) => element("option", { value: one.model }, wordOf("model", one.model))));
+    series.models.map((one) => element("option", { value: one.model }, wordOf("model", one.model))));
   const outliers = element("select", { "aria-label": word("plan_if_wrong"), onchange: () => {
     wrong = Number(outliers.value);
     changed();
   } }, element("option", { value: -1 }, word("plan_none_wrong")),
-    series.targets.map((/** @type {any} */ one, /** @type {number} */ i) =>
+    series.targets.map((one, /** @type {number} */ i) =>
       element("option", { value: i }, word("plan_wrong_target", { line: one.line, place: place(one.nominal_mm) }))));
   const back = element("button", { onclick: () => {
     trial.reset();
@@ -263,14 +218,14 @@ export function leverageFigure(facts, series) {
     wrong = chosen = -1;
     changed();
   } }, word("plan_as_written"));
-  const proposals = series.additions.map((/** @type {any} */ one) => element("button", { onclick: () => {
+  const proposals = series.additions.map((one) => element("button", { onclick: () => {
     trial.propose(one);
     models.value = "";
     changed();
   } }, word(one.pads.length === 1 ? "plan_add_one" : "plan_add_several", { n: one.pads.length })));
 
-  const nearest = (/** @type {Point} */ at, /** @type {View} */ view, /** @type {Point[]} */ places) => {
-    let best = -1, least = reach_px / view.scale;
+  const nearest = (/** @type {Point} */ at, /** @type {Plane} */ plane, /** @type {Point[]} */ places) => {
+    let best = -1, least = reach_px / plane.scale;
     places.forEach(([x, y], i) => {
       const distance = Math.hypot(x - at[0], y - at[1]);
       if (distance >= least) return;
@@ -286,47 +241,46 @@ export function leverageFigure(facts, series) {
     changed();
   };
 
-  const figure = planeFigure({
+  const figure = new Plane({
     extent: extentOf([...pads, ...targetPlaces(), ...series.places_hull_mm]),
     label: word("plan_map_label"),
-    draw: (context, view) => {
-      const field = leverageField(trial, view);
+    draw: (plane) => {
+      const { context } = plane;
+      const field = sampledField(plane, (x, y) => trial.found?.leverage(x, y) ?? NaN);
       if (trial.found) {
-        paintField(context, view, field, (leverage) => scaleColour(bandShare(bandOf(leverage))));
-        drawContours(context, view, field, leverageLevels, shortest);
+        paintField(plane, field, (leverage) => scaleColour(bandShare(bandOf(leverage))));
+        drawContours(plane, field, leverageLevels, shortest);
       }
-      drawDots(context, view, candidates.x_mm, candidates.y_mm, candidates.x_mm.length > 1500 ? 0.7 : 1.4);
+      plane.drawDots(candidates.x_mm, candidates.y_mm, candidates.x_mm.length > 1500 ? 0.7 : 1.4);
       if (series.hull_mm.length > 1) {
-        context.setLineDash([5, 4]);
-        strokeMark(context, colour("ink"), () => tracePolygon(context, view, series.hull_mm), 1.2);
-        context.setLineDash([]);
+        plane.stroke(colour("ink"), () => plane.tracePolygon(series.hull_mm), 1.2, [5, 4]);
       }
-      if (wrong >= 0) drawShift(context, view, trial, wrong);
-      drawTargets(context, view, trial, chosen);
+      if (wrong >= 0) drawShift(plane, trial, wrong);
+      drawTargets(plane, trial, chosen);
       if (!trial.worstAt) return;
-      const x = view.x(trial.worstAt[0]), y = view.y(trial.worstAt[1]);
-      strokeMark(context, colour("bad"), () => context.arc(x, y, 10, 0, 7), 2.4);
-      context.textAlign = x > (view.left + view.right) / 2 ? "right" : "left";
+      const x = plane.x(trial.worstAt[0]), y = plane.y(trial.worstAt[1]);
+      plane.stroke(colour("bad"), () => plane.traceCircle(/** @type {Point} */ (trial.worstAt), 10), 2.4);
+      context.textAlign = x > (plane.left + plane.right) / 2 ? "right" : "left";
       context.textBaseline = "middle";
-      markText(context, word("plan_worst_mark", { leverage: timesText(trial.worst) }),
-        x + (context.textAlign === "right" ? -15 : 15), y + (y < (view.top + view.bottom) / 2 ? 16 : -16), colour("bad"));
+      plane.drawText(word("plan_worst_mark", { leverage: timesText(trial.worst) }),
+        x + (context.textAlign === "right" ? -15 : 15), y + (y < (plane.top + plane.bottom) / 2 ? 16 : -16), colour("bad"));
     },
-    hint: (at, view) => {
+    hint: (at, plane) => {
       const lines = [place(at)];
       const leverage = trial.found?.leverage(...at);
       if (leverage !== undefined) lines.push(`${timesText(leverage)} = ${micrometres(leverage * series.noise_um, 2)}`);
-      const target = nearest(at, view, targetPlaces());
+      const target = nearest(at, plane, targetPlaces());
       if (target >= 0) return [word("plan_drag", { line: series.targets[target].line }), ...lines];
-      const pad = nearest(at, view, pads);
+      const pad = nearest(at, plane, pads);
       if (pad < 0) return lines;
       const tool = candidates.tool[pad] > 0 && !candidates.is_target[pad] ? `, T${candidates.tool[pad]}` : "";
       return [`${word("plan_line", { line: candidates.line[pad] })}${tool}${candidates.file?.[pad] ? `, ${candidates.file[pad]}` : ""}`,
         ...lines];
     },
-    press: (at, view) => {
-      chosen = nearest(at, view, targetPlaces());
+    press: (at, plane) => {
+      chosen = nearest(at, plane, targetPlaces());
       if (chosen < 0) {
-        const pad = nearest(at, view, pads);
+        const pad = nearest(at, plane, pads);
         if (pad >= 0) trial.toggle(pad);
       }
       changed();
@@ -334,9 +288,7 @@ export function leverageFigure(facts, series) {
       return held < 0 ? null : (to) => move(held, to);
     },
     key: (event) => {
-      const ways = /** @type {Record<string, Point>} */ (
-        { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] });
-      const way = ways[event.key], step_mm = event.shiftKey ? 10 : 1;
+      const way = arrowKeys[event.key], step_mm = event.shiftKey ? 10 : 1;
       if (event.key === " ") {
         chosen = (chosen + 1) % trial.targets.length;
       } else if (way && chosen >= 0) {

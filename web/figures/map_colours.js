@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The places of a job in columns, and how the map colours them.
 import { categoryColour, colour, scaleColour } from "../base/colours.js";
-import { extremes, placeColumn } from "./place_index.js";
+import { extremes } from "../base/columns.js";
+import { placeColumn } from "./place_index.js";
 
 /**
  * The places of a job in columns, and what the map colours them by.
@@ -34,23 +35,6 @@ function rgbOf(css) {
   const digits = css.length === 4 ? [...css.slice(1)].map((d) => d + d).join("") : css.slice(1);
   const value = parseInt(digits, 16);
   return [value >> 16 & 255, value >> 8 & 255, value & 255];
-}
-
-/**
- * Sigma of the panel's fit at a place, um, from the covariance of its six coefficients.
- * @param {number[][]} covariance of [l00 l01 l10 l11 tx ty]
- * @param {number} x
- * @param {number} y
- */
-export function fitSigma_um(covariance, x, y) {
-  const row = (/** @type {number} */ a, /** @type {number} */ b) => {
-    const j = [[x, y, 0, 0, 1, 0], [0, 0, x, y, 0, 1]];
-    let sum = 0;
-    for (let i = 0; i < 6; i++) for (let k = 0; k < 6; k++) sum += j[a][i] * covariance[i][k] * j[b][k];
-    return sum;
-  };
-  const [xx, xy, yy] = [row(0, 0), row(0, 1), row(1, 1)];
-  return 1e3 * Math.sqrt(Math.max(0, (xx + yy) / 2 + Math.hypot((xx - yy) / 2, xy)));
 }
 
 /**

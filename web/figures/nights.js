@@ -78,8 +78,8 @@ export function nightsChart(nights) {
 export function nightsLegend(marks) {
   /** @type {[string, string][]} */
   const rows = [
-    ["filled", word("chart_filled")], ["hollow", word("chart_hollow")], ["cross", word("chart_cross")],
-    ["ring", word("chart_ring")], ["ringed", word("chart_ringed")], ["step", word("chart_step")], ["event", word("chart_event")],
+    ["filled", word("chart_filled")], ["hollow", word("history_verdict_measured")], ["cross", word("history_verdict_refused")],
+    ["ring", word("chart_ring")], ["ringed", word("history_in_force")], ["step", word("history_in_force")], ["event", word("chart_event")],
     ["limit", word("chart_limit")], ["band", word("chart_box")],
   ];
   return chartLegend(rows.filter(([mark]) => marks.includes(mark)));

@@ -19,23 +19,6 @@ export function placeColumn(table, key) {
 }
 
 /**
- * Smallest and largest finite value; null where there is none.
- * @param {ArrayLike<number | null>} values
- * @returns {[number, number] | null}
- */
-export function extremes(values) {
-  let low = Infinity;
-  let high = -Infinity;
-  for (let i = 0; i < values.length; i++) {
-    const value = values[i];
-    if (value === null || !Number.isFinite(value)) continue;
-    if (value < low) low = value;
-    if (value > high) high = value;
-  }
-  return low <= high ? [low, high] : null;
-}
-
-/**
  * @param {ArrayLike<number | null>} x_mm
  * @param {ArrayLike<number | null>} y_mm
  * @param {{left: number, bottom: number, width: number, height: number}} box in mm

@@ -5,9 +5,22 @@ import { element, svg } from "../base/dom.js";
 /** A picture at some width, with the places (px of its own) that can be pointed at.
  * @typedef {{picture: SVGSVGElement, drawn: {x: number, y: number, lines: string[]}[]}} Drawn */
 
-/** @param {number} step */
-export function decimalsOf(step) {
-  return Math.min(9, Math.max(0, Math.ceil(-Math.log10(step) - 1e-9)));
+/**
+ * What is said of a place: beside it, on the side that has more room; nothing hides it.
+ * @param {HTMLElement} hint
+ * @param {import("../base/dom.js").Child[] | null | undefined} lines
+ * @param {number} x of the place, px
+ * @param {number} y
+ * @param {number} width of the figure, px
+ */
+export function showHint(hint, lines, x, y, width) {
+  hint.hidden = !lines;
+  if (!lines) return;
+  hint.replaceChildren(...lines.map((line) => element("div", {}, line)));
+  const isLeft = x < width / 2;
+  hint.style.left = isLeft ? `${x + 14}px` : "auto";
+  hint.style.right = isLeft ? "auto" : `${width - x + 14}px`;
+  hint.style.top = `${Math.max(0, y - 20)}px`;
 }
 
 /**
@@ -25,17 +38,10 @@ export function pointedFigure(draw, weight, caption) {
   const choose = (/** @type {number} */ i) => {
     chosen = i;
     const one = shown.drawn[i];
-    hint.hidden = !one;
     shown.picture.querySelector(".chosen")?.remove();
-    if (!one) return;
-    hint.replaceChildren(...one.lines.map((line) => element("div", {}, line)));
-    shown.picture.append(svg("circle", { class: "chosen", cx: one.x, cy: one.y, r: 9 }));
-    // Beside the place, on the side that has room.
     const scale = shown.picture.clientWidth / shown.picture.viewBox.baseVal.width || 1;
-    const left = one.x * scale + 12;
-    const isOver = left + hint.offsetWidth > holder.clientWidth;
-    hint.style.left = `${Math.max(0, isOver ? one.x * scale - 12 - hint.offsetWidth : left)}px`;
-    hint.style.top = `${Math.max(0, one.y * scale - 10)}px`;
+    showHint(hint, one?.lines, one?.x * scale, one?.y * scale, holder.clientWidth);
+    if (one) shown.picture.append(svg("circle", { class: "chosen", cx: one.x, cy: one.y, r: 9 }));
   };
   const nearest = (/** @type {PointerEvent} */ event) => {
     const box = shown.picture.getBoundingClientRect();

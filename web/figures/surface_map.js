@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Maps of a surface: colours and contours, probes, hatching where none vouches for a height; and a view of it in space.
 import { colour, scaleColour } from "../base/colours.js";
-import { columnOf } from "../base/columns.js";
-import { element } from "../base/dom.js";
-import { fixed, micrometres, place, shortest } from "../base/format.js";
+import { columnOf, extremes } from "../base/columns.js";
+import { colourScale, element } from "../base/dom.js";
+import { decimalsOf, fixed, micrometres, place, roundLevels, shortest } from "../base/format.js";
 import { word, wordOf } from "../base/words.js";
-import { drawContours, fieldAt, paintField, rangeOf, roundLevels, widenedField } from "./field.js";
-import { drawDots, extentOf, planeFigure, preparedContext, redrawn, strokeMark, tracePolygon, traceWay } from "./plane.js";
-import { decimalsOf } from "./pointed.js";
+import { drawContours, fieldAt, paintField, widenedField } from "./field.js";
+import { arrowKeys, extentOf, Plane, preparedContext, redrawn } from "./plane.js";
 
 /** @typedef {import("./plane.js").Point} Point */
-/** @typedef {import("./plane.js").PlaneView} View */
 /** @typedef {import("./field.js").Field} Field */
 
 /**
@@ -36,69 +34,64 @@ function hatch(step, way) {
 
 /**
  * The part of the panel in which heights are given: the probes' hull, wider by how far they are extrapolated.
- * @param {CanvasRenderingContext2D} context
- * @param {View} view
- * @param {any} zone
- * @param {(context: CanvasRenderingContext2D) => void} paint of all within
+ * @param {Plane} plane
+ * @param {() => void} paint of all within
  */
-function paintWithin(context, view, zone, paint) {
-  const layer = document.createElement("canvas"), ratio = window.devicePixelRatio || 1;
-  layer.width = Math.ceil(view.width * ratio);
-  layer.height = Math.ceil(view.height * ratio);
-  const inner = /** @type {CanvasRenderingContext2D} */ (layer.getContext("2d"));
-  inner.setTransform(ratio, 0, 0, ratio, 0, 0);
-  tracePolygon(inner, view, zone.hull_mm);
-  inner.lineJoin = "round";
-  inner.lineWidth = 2 * zone.max_extrapolation_mm * view.scale;
-  inner.fill();
-  if (zone.max_extrapolation_mm > 0) inner.stroke();
-  inner.globalCompositeOperation = "source-atop";
-  paint(inner);
-  context.drawImage(layer, 0, 0, view.width, view.height);
+function paintWithin(plane, zone, paint) {
+  plane.drawLayer(() => {
+    const { context } = plane;
+    plane.tracePolygon(zone.hull_mm);
+    context.lineJoin = "round";
+    context.lineWidth = 2 * zone.max_extrapolation_mm * plane.scale;
+    context.fill();
+    if (zone.max_extrapolation_mm > 0) context.stroke();
+    context.globalCompositeOperation = "source-atop";
+    paint();
+  });
+}
+
+/**
+ * Hatches all within but for what `clear` fills.
+ * @param {Plane} plane
+ * @param {CanvasPattern} pattern
+ * @param {() => void} clear
+ */
+function hatchWithin(plane, zone, pattern, clear) {
+  paintWithin(plane, zone, () => {
+    const { context } = plane;
+    context.globalCompositeOperation = "source-in";
+    context.fillStyle = pattern;
+    context.fillRect(0, 0, plane.width, plane.height);
+    context.globalCompositeOperation = "destination-out";
+    context.fillStyle = "#000";
+    context.beginPath();
+    clear();
+    context.fill();
+  });
 }
 
 /**
  * Extrapolated places thinly hatched, filled ones densely.
- * @param {CanvasRenderingContext2D} context
- * @param {View} view
- * @param {any} zone
+ * @param {Plane} plane
  */
-function drawHatching(context, view, zone) {
-  paintWithin(context, view, zone, (inner) => {
-    inner.globalCompositeOperation = "source-in";
-    inner.fillStyle = hatch(11, 1);
-    inner.fillRect(0, 0, view.width, view.height);
-    inner.globalCompositeOperation = "destination-out";
-    inner.fillStyle = "#000";
-    inner.beginPath();
-    tracePolygon(inner, view, zone.hull_mm);
-    inner.fill();
-  });
-  paintWithin(context, view, { ...zone, max_extrapolation_mm: 0 }, (inner) => {
-    inner.globalCompositeOperation = "source-in";
-    inner.fillStyle = hatch(6, -1);
-    inner.fillRect(0, 0, view.width, view.height);
-    inner.globalCompositeOperation = "destination-out";
-    inner.fillStyle = "#000";
-    const [dx, dy] = zone.reach_mm.map((/** @type {number} */ reach) => reach * view.scale);
-    const x_mm = columnOf(zone.kept.x_mm), y_mm = columnOf(zone.kept.y_mm);
-    for (let i = 0; i < x_mm.length; ++i) {
-      inner.fillRect(view.x(x_mm[i] ?? 0) - dx - 0.5, view.y(y_mm[i] ?? 0) - dy - 0.5, 2 * dx + 1, 2 * dy + 1);
+function drawHatching(plane, zone) {
+  hatchWithin(plane, zone, hatch(11, 1), () => plane.tracePolygon(zone.hull_mm));
+  hatchWithin(plane, { ...zone, max_extrapolation_mm: 0 }, hatch(6, -1), () => {
+    const [dx, dy] = zone.reach_mm.map((reach) => reach * plane.scale);
+    for (const [x, y] of keptPlaces(zone)) {
+      plane.context.rect(plane.x(x) - dx - 0.5, plane.y(y) - dy - 0.5, 2 * dx + 1, 2 * dy + 1);
     }
   });
-  context.setLineDash([5, 4]);
-  strokeMark(context, colour("ink"), () => tracePolygon(context, view, zone.hull_mm), 1.1);
-  context.setLineDash([]);
+  plane.stroke(colour("ink"), () => plane.tracePolygon(zone.hull_mm), 1.1, [5, 4]);
 }
 
 /**
  * Covers what has no surface: voids, and what lies beyond the border of a zone.
- * @param {CanvasRenderingContext2D} context
- * @param {View} view
- * @param {any} voids
+ * @param {Plane} plane
  * @param {Point[] | undefined} border
  */
-export function drawBlanks(context, view, voids, border) {
+export function drawBlanks(plane, voids, border) {
+  const { context } = plane;
   const cover = (/** @type {() => void} */ trace, /** @type {CanvasFillRule} */ rule = "nonzero") => {
     context.beginPath();
     trace();
@@ -109,78 +102,64 @@ export function drawBlanks(context, view, voids, border) {
     context.stroke();
   };
   const around = (/** @type {Point[]} */ corners) => cover(() => {
-    context.rect(view.left, view.top, view.right - view.left, view.bottom - view.top);
-    tracePolygon(context, view, corners);
+    plane.traceFrame();
+    plane.tracePolygon(corners);
   }, "evenodd");
   if (border) {
     around(border);
-    strokeMark(context, colour("link"), () => tracePolygon(context, view, border), 1.4);
+    plane.stroke(colour("link"), () => plane.tracePolygon(border), 1.4);
   }
   if (!voids) return;
   for (const track of voids.tracks) {
     for (const [css, wider] of /** @type {[string, number][]} */ ([[colour("quiet"), 1.6], [colour("page"), 0]])) {
       context.strokeStyle = css;
-      context.lineWidth = Math.max(1, track.width_mm * view.scale) + wider;
+      context.lineWidth = Math.max(1, track.width_mm * plane.scale) + wider;
       context.lineCap = context.lineJoin = "round";
       context.beginPath();
-      traceWay(context, view, track.points_mm);
+      plane.traceWay(track.points_mm);
       context.stroke();
     }
   }
-  for (const corners of voids.polygons_mm) cover(() => tracePolygon(context, view, corners));
+  for (const corners of voids.polygons_mm) cover(() => plane.tracePolygon(corners));
   for (const corners of voids.panel_edges_mm) around(corners);
   const x_mm = columnOf(voids.circles.x_mm), y_mm = columnOf(voids.circles.y_mm), radius_mm = columnOf(voids.circles.radius_mm);
   cover(() => {
     for (let i = 0; i < x_mm.length; ++i) {
-      const x = view.x(x_mm[i] ?? 0), y = view.y(y_mm[i] ?? 0), radius = Math.max(0.8, (radius_mm[i] ?? 0) * view.scale);
-      context.moveTo(x + radius, y);
-      context.arc(x, y, radius, 0, 7);
+      plane.traceCircle([x_mm[i] ?? 0, y_mm[i] ?? 0], Math.max(0.8, (radius_mm[i] ?? 0) * plane.scale));
     }
   });
 }
 
 /**
- * Colours with their values, beside or below a map.
- * @param {number} low
- * @param {number} high
- * @param {(value: number) => [number, number, number]} paint
- * @param {string} unit
- */
-function colourBar(low, high, paint, unit) {
-  const stops = Array.from({ length: 11 }, (_, i) => `rgb(${paint(low + (i / 10) * (high - low)).join(" ")})`);
-  const decimals = decimalsOf((high - low) / 5);
-  return element("div", { class: "colour-bar", "aria-hidden": "true" }, fixed(low, decimals),
-    element("span", { style: { background: `linear-gradient(to right, ${stops.join(", ")})` } }), `${fixed(high, decimals)}\u00a0${unit}`);
-}
-
-/**
  * A map of one field with all that is drawn on it.
- * @param {{field: Field, outline: Point[], title: string, unit: string, caption?: string, n_levels: number, label: string,
+ * @param {{field: Field, outline: Point[], title: string, unit: string, caption?: import("../base/dom.js").Child, n_levels: number, label: string,
  *   paint: (value: number, low: number, high: number) => [number, number, number], isCounted?: (i: number) => boolean,
- *   isSymmetric?: boolean, within?: any, over: (context: CanvasRenderingContext2D, view: View) => void,
- *   hint?: (at: Point, view: View) => string[] | null}} options
+ *   isSymmetric?: boolean, within?: any, over: (plane: Plane) => void,
+ *   hint?: (at: Point, plane: Plane) => string[] | null}} options
  */
 export function fieldFigure(options) {
   const { field, paint } = options;
-  const found = rangeOf(field.values.filter((_, i) => options.isCounted?.(i) !== false));
+  const found = extremes(field.values.filter((_, i) => options.isCounted?.(i) !== false));
   if (!found) return null;
   const most = Math.max(Math.abs(found[0]), Math.abs(found[1]));
   const low = options.isSymmetric ? -most : found[0], high = Math.max(low + 1e-3, options.isSymmetric ? most : found[1]);
   const wide = widenedField(field), levels = roundLevels(low, high, options.n_levels);
   const decimals = decimalsOf(levels.length > 1 ? levels[1] - levels[0] : high - low);
-  const figure = planeFigure({
+  const figure = new Plane({
     extent: extentOf(options.outline), label: options.label, most_px: 460,
-    draw: (context, view) => {
+    draw: (plane) => {
       const within = options.within ?? { hull_mm: options.outline, max_extrapolation_mm: 0 };
-      paintWithin(context, view, within, (inner) => {
-        paintField(inner, view, wide, (value) => paint(value, low, high));
-        drawContours(inner, view, wide, levels, (level) => fixed(level, decimals));
+      paintWithin(plane, within, () => {
+        paintField(plane, wide, (value) => paint(value, low, high));
+        drawContours(plane, wide, levels, (level) => fixed(level, decimals));
       });
-      options.over(context, view);
+      options.over(plane);
     },
     hint: options.hint,
   });
-  return element("figure", {}, element("h3", {}, options.title), figure.node, colourBar(low, high, (value) => paint(value, low, high), options.unit),
+  const ends = decimalsOf((high - low) / 5), css = (share) => `rgb(${paint(low + share * (high - low), low, high).join(" ")})`;
+  return element("figure", {}, options.title && element("h3", {}, options.title), figure.node,
+    colourScale(fixed(low, ends), `${fixed(high, ends)}\u00a0${options.unit}`, css),
     options.caption ? element("figcaption", {}, options.caption) : null);
 }
 
@@ -189,30 +168,25 @@ export const fromLowToHigh = (value, low, high) => scaleColour((value - low) / (
 
 /**
  * Dots where probes stand; `rings` instead for those of before.
- * @param {CanvasRenderingContext2D} context
- * @param {View} view
+ * @param {Plane} plane
  * @param {Point[]} places
  * @param {boolean} [rings]
  */
-export function drawProbes(context, view, places, rings = false) {
-  if (!rings) {
-    drawDots(context, view, places.map(([x]) => x), places.map(([, y]) => y), 2.2);
-    return;
-  }
-  for (const [x, y] of places) strokeMark(context, colour("ink"), () => context.arc(view.x(x), view.y(y), 5, 0, 7), 1.2);
+export function drawProbes(plane, places, rings = false) {
+  if (!rings) plane.drawDots(places.map(([x]) => x), places.map(([, y]) => y), 2.2);
+  else for (const at of places) plane.stroke(colour("ink"), () => plane.traceCircle(at, 5), 1.2);
 }
 
 /**
  * Crosses where a probe was left out, is not used, or is missing.
- * @param {CanvasRenderingContext2D} context
- * @param {View} view
- * @param {any[]} probes
+ * @param {Plane} plane
  * @param {string} css
  */
-export function drawCrosses(context, view, probes, css) {
-  strokeMark(context, css, () => {
+export function drawCrosses(plane, probes, css) {
+  const { context } = plane;
+  plane.stroke(css, () => {
     for (const { place_mm: [x_mm, y_mm] } of probes) {
-      const x = view.x(x_mm), y = view.y(y_mm);
+      const x = plane.x(x_mm), y = plane.y(y_mm);
       context.moveTo(x - 5, y - 5);
       context.lineTo(x + 5, y + 5);
       context.moveTo(x - 5, y + 5);
@@ -222,7 +196,6 @@ export function drawCrosses(context, view, probes, css) {
 }
 
 /** Places of the probes that make the surface.
- * @param {any} zone
  * @returns {Point[]} */
 export function keptPlaces(zone) {
   const y_mm = columnOf(zone.kept.y_mm);
@@ -241,12 +214,12 @@ export function zoneFigure({ zone, facts, heights, sigmas, isHeights }) {
     field: isHeights ? heights : sigmas, outline: rectangle, within: zone, unit: isHeights ? "mm" : "\u00b5m",
     title: word(isHeights ? "surface_heights" : "surface_sigmas"), label: word(isHeights ? "surface_heights" : "surface_sigmas"),
     n_levels: isHeights ? 8 : 5, paint: fromLowToHigh, isCounted: (i) => sources[i] !== "b" && sources[i] !== "-",
-    over: (context, view) => {
-      drawHatching(context, view, zone);
-      drawBlanks(context, view, facts.voids, zone.border_mm);
-      drawProbes(context, view, outline);
-      drawCrosses(context, view, [...facts.unused, ...facts.missing], colour("shift"));
-      drawCrosses(context, view, zone.left_out, colour("bad"));
+    over: (plane) => {
+      drawHatching(plane, zone);
+      drawBlanks(plane, facts.voids, zone.border_mm);
+      drawProbes(plane, outline);
+      drawCrosses(plane, [...facts.unused, ...facts.missing], colour("shift"));
+      drawCrosses(plane, zone.left_out, colour("bad"));
     },
     hint: (at) => {
       const height = fieldAt(heights, at), sigma = fieldAt(sigmas, at);
@@ -258,31 +231,27 @@ export function zoneFigure({ zone, facts, heights, sigmas, isHeights }) {
   });
 }
 
-/**
- * Residuals: the area of a mark shows the size, filled above the surface and open below.
- * @param {any} zone
- */
+/** Residuals: the area of a mark shows the size, filled above the surface and open below. */
 export function residualFigure(zone) {
   const places = keptPlaces(zone), residual_um = columnOf(zone.kept.residual_um);
   const most_um = Array.from(residual_um).reduce((/** @type {number} */ most, value) => Math.max(most, Math.abs(value ?? 0)), 0);
   if (most_um === 0) return null;
-  const figure = planeFigure({
+  const figure = new Plane({
     extent: extentOf(places), label: word("surface_residuals"), most_px: 460,
-    draw: (context, view) => {
-      context.setLineDash([5, 4]);
-      strokeMark(context, colour("quiet"), () => tracePolygon(context, view, zone.hull_mm), 1);
-      context.setLineDash([]);
+    draw: (plane) => {
+      const { context } = plane;
+      plane.stroke(colour("quiet"), () => plane.tracePolygon(zone.hull_mm), 1, [5, 4]);
       places.forEach(([x, y], i) => {
         const value = residual_um[i] ?? 0;
         context.beginPath();
-        context.arc(view.x(x), view.y(y), 1 + 11 * Math.sqrt(Math.abs(value) / most_um), 0, 7);
+        plane.traceCircle([x, y], 1 + 11 * Math.sqrt(Math.abs(value) / most_um));
         context.strokeStyle = context.fillStyle = colour(value > 0 ? "category-1" : "category-0");
         context.lineWidth = 1.6;
         context[value > 0 ? "fill" : "stroke"]();
       });
     },
-    hint: (at, view) => {
-      const i = places.findIndex(([x, y]) => Math.hypot(x - at[0], y - at[1]) < 10 / view.scale);
+    hint: (at, plane) => {
+      const i = places.findIndex(([x, y]) => Math.hypot(x - at[0], y - at[1]) < 10 / plane.scale);
       return i < 0 ? null : [place(places[i]), `${fixed(residual_um[i], 2, { signed: true })}\u00a0\u00b5m`];
     },
   });
@@ -292,13 +261,12 @@ export function residualFigure(zone) {
 
 /**
  * The surface in space, seen from above and aside; heights are drawn higher than they are.
- * @param {any} zone
  * @param {Field} heights
  */
 export function spaceFigure(zone, heights) {
   const { columns, rows, values } = heights, sources = zone.field.source;
   const isShown = (/** @type {number} */ i) => !Number.isNaN(values[i]) && sources[i] !== "b";
-  const [low, high] = rangeOf(values.filter((_, i) => isShown(i))) ?? [0, 0];
+  const [low, high] = extremes(values.filter((_, i) => isShown(i))) ?? [0, 0];
   if (!(high > low)) return null;
   const size = [(columns - 1) * heights.step[0], (rows - 1) * heights.step[1]], across = Math.hypot(size[0], size[1]);
   // A fifth of the panel, in a round factor.
@@ -351,9 +319,9 @@ export function spaceFigure(zone, heights) {
     if (event.buttons > 0) by(0.01 * event.movementX, 0.01 * event.movementY);
   });
   canvas.addEventListener("keydown", (event) => {
-    const way = /** @type {Record<string, Point>} */ ({ ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1] })[event.key];
+    const way = arrowKeys[event.key];
     if (!way) return;
-    by(...way);
+    by(0.1 * way[0], 0.1 * way[1]);
     event.preventDefault();
   });
   return element("figure", {}, element("h3", {}, word("surface_view_3d")), canvas,

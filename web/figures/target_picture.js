@@ -74,7 +74,6 @@ export function targetPicture(crop, source, label, isGood, isLarge) {
 
 /**
  * A small picture that opens large in a dialog.
- * @param {any} crop
  * @param {string} source
  * @param {string} label
  * @param {boolean} isGood
@@ -91,14 +90,11 @@ export function targetThumbnail(crop, source, label, isGood) {
     targetPicture(crop, source, label, isGood, false));
 }
 
-/**
- * Where the views of a target lay, and what each saw: frames in mm from work zero.
- * @param {any} target
- */
+/** Where the views of a target lay, and what each saw: frames in mm from work zero. */
 export function viewsPlan(target) {
-  const views = target.pictures.filter((/** @type {any} */ one) => one.frame_mm.length >= 3);
+  const views = target.pictures.filter((one) => one.frame_mm.length >= 3);
   if (views.length < 2) return null;
-  const points = [target.expected_mm, ...views.flatMap((/** @type {any} */ one) => one.frame_mm)];
+  const points = [target.expected_mm, ...views.flatMap((one) => one.frame_mm)];
   const xs = points.map((p) => p[0]);
   const ys = points.map((p) => -p[1]);
   const [left, top] = [Math.min(...xs), Math.min(...ys)];
@@ -108,7 +104,7 @@ export function viewsPlan(target) {
   const cross = (/** @type {number[]} */ [x, y], /** @type {string} */ kind, size = 1) => svg("path", {
     class: kind, d: `M${x - size * arm} ${-y}h${2 * size * arm}M${x} ${-y - size * arm}v${2 * size * arm}`,
   });
-  const frames = views.map((/** @type {any} */ view) => {
+  const frames = views.map((view) => {
     const kind = view.status === "found" ? "seen" : view.status === "not_found" ? "axis" : "refused";
     const path = view.frame_mm.map((/** @type {number[]} */ p, /** @type {number} */ i) =>
       `${i === 0 ? "M" : "L"}${p[0]} ${-p[1]}`).join("");

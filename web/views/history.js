@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pages of a ledger: its entries over time, one entry, and what a change of calibration does to a job.
-import { append, chip, element, section, table, tile } from "../base/dom.js";
+import { chip, element, number, rowList, section, table, tile, unfolding } from "../base/dom.js";
 import { absolute, amount, fixed, micrometres, place, whole } from "../base/format.js";
 import { word, wordOf } from "../base/words.js";
 import { chart, chartLegend, secondsOf, timeText } from "../figures/chart.js";
@@ -12,14 +12,12 @@ const ledgerKinds = { installed: "good", refused: "refused", "rolled-back": "sus
 /** @type {Record<string, "filled" | "hollow" | "cross">} */
 const ledgerMarks = { installed: "filled", "rolled-back": "filled", refused: "cross" };
 
-/** @param {any} entry */
 function verdictChips(entry) {
   const kind = ledgerKinds[/** @type {keyof typeof ledgerKinds} */ (entry.verdict)] ?? "plain";
   return [chip(kind, wordOf("history_verdict", entry.verdict)),
     entry.in_force ? [" ", chip("good", word("history_in_force"))] : null];
 }
 
-/** @param {any} entry */
 function subjectOf(entry) {
   return `${entry.kind} ${entry.subject}, ${entry.machine}`;
 }
@@ -27,13 +25,12 @@ function subjectOf(entry) {
 /** The entry's parameter, and its sigma.
  * @param {any} entry @param {string} name */
 function parameterOf(entry, name) {
-  const i = entry.parameters.findIndex((/** @type {any} */ one) => one.name === name);
+  const i = entry.parameters.findIndex((one) => one.name === name);
   if (i < 0) return null;
   return { ...entry.parameters[i], sigma: entry.covariance ? Math.sqrt(entry.covariance[i][i]) : null };
 }
 
 /** Entries by what they calibrate: first what has been in force, then what was only measured.
- * @param {any[]} entries
  * @returns {Map<string, any[]>} */
 function entriesBySubject(entries) {
   const groups = new Map();
@@ -41,11 +38,10 @@ function entriesBySubject(entries) {
     const subject = subjectOf(entry);
     groups.set(subject, [...(groups.get(subject) ?? []), entry]);
   }
-  const wasInForce = (/** @type {any[]} */ group) => group.some((entry) => entry.verdict === "installed");
+  const wasInForce = (group) => group.some((entry) => entry.verdict === "installed");
   return new Map([...groups].sort(([, a], [, b]) => Number(wasInForce(b)) - Number(wasInForce(a))));
 }
 
-/** @param {any} entry */
 function entryLines(entry) {
   return [`${timeText(secondsOf(entry.time))} UTC`, subjectOf(entry),
     word("chart_entry", { state: wordOf("history_verdict", entry.verdict), entry: entry.id }),
@@ -88,10 +84,9 @@ function parameterCharts(title, entries, names) {
       ledgerMarks[entry.verdict] ?? "hollow"), inForce ? "step" : ""])] : null;
 }
 
-/** Names of the parameters that two entries or more have.
- * @param {any[]} entries */
+/** Names of the parameters that two entries or more have. */
 function sharedNames(entries) {
-  const names = entries.flatMap((entry) => entry.parameters.map((/** @type {any} */ one) => one.name));
+  const names = entries.flatMap((entry) => entry.parameters.map((one) => one.name));
   return [...new Set(names)].filter((name, i) => names.indexOf(name, names.indexOf(name) + 1) > 0);
 }
 
@@ -100,59 +95,50 @@ function sharedNames(entries) {
 function chartsOnDemand(title, entries, isOpen) {
   const names = sharedNames(entries);
   if (!names.length) return null;
-  const holder = element("details", {}, element("summary", {}, `${title}: ${names.join(", ")}`));
-  holder.addEventListener("toggle", () => {
-    if (holder.open && holder.childElementCount === 1) append(holder, parameterCharts(title, entries, names));
-  });
-  holder.open = isOpen;
-  return holder;
+  return unfolding(`${title}: ${names.join(", ")}`, () => parameterCharts(title, entries, names), { open: isOpen });
 }
 
-/** @param {any[]} entries */
 function entriesTable(entries) {
-  return table([{ title: word("history_entry"), number: true }, { title: word("history_time") },
-    { title: word("history_subject") }, { title: word("history_verdict") }, { title: word("history_asked_by") },
+  return table([number(word("history_entry")), { title: word("history_time") },
+    { title: word("history_subject") }, { title: word("history_verdict") }, { title: word("asked_by") },
     { title: word("history_reason"), text: true }],
   [...entries].reverse().map((entry) => [entry.id, timeText(secondsOf(entry.time)), subjectOf(entry),
     verdictChips(entry), entry.asked_by, entry.reason]));
 }
 
-/** All of one entry.
- * @param {any} entry */
+/** All of one entry. */
 function entrySection(entry) {
-  const rows = [["history_time", `${timeText(secondsOf(entry.time))} UTC`], ["history_asked_by", entry.asked_by],
-    ["history_software", entry.software], ["history_reason", entry.reason],
-    ["history_temperature", entry.temperature_degC === null ? "" : `${fixed(entry.temperature_degC, 1)}\u00a0\u00b0C`],
+  /** @type {[import("../base/words.js").WordKey, any][]} */
+  const rows = [["history_time", `${timeText(secondsOf(entry.time))} UTC`], ["asked_by", entry.asked_by],
+    ["night_made_by", entry.software], ["history_reason", entry.reason],
+    ["night_temperature", entry.temperature_degC === null ? "" : `${fixed(entry.temperature_degC, 1)}\u00a0\u00b0C`],
     ["history_replaces", entry.replaces], ["history_restores", entry.restores], ["history_hash", entry.hash],
     ["history_result_digest", entry.result_sha256]];
   return section(`entry-${entry.id}`, element("span", {}, word("history_entry_of", { id: entry.id, subject: subjectOf(entry) }),
     " ", verdictChips(entry)),
-  element("dl", { class: "rows" }, rows.filter(([, value]) => value).map(([key, value]) =>
-    [element("dt", {}, word(/** @type {any} */ (key))), element("dd", {}, value)])),
-  entry.parameters.length ? table([{ title: word("history_parameter") }, { title: word("history_value"), number: true },
-    { title: word("night_sigma"), number: true }], entry.parameters.map((/** @type {any} */ one) => {
+  rowList(rows.map(([key, value]) => [word(key), value]), ""),
+  entry.parameters.length ? table([{ title: word("history_parameter") }, number(word("value")),
+    number(word("sigma"))], entry.parameters.map((one) => {
     const sigma = parameterOf(entry, one.name)?.sigma;
     return [one.name, absolute(one.value, one.unit), sigma ? amount(sigma, one.unit) : "\u2013"];
   })) : null,
   entry.inputs.length ? element("details", {}, element("summary", {}, word("history_inputs", { n: whole(entry.inputs.length) })),
-    table([{ title: word("history_file") }, { title: word("history_bytes"), number: true }, { title: "SHA-256" }],
-      entry.inputs.map((/** @type {any} */ input) => [input.name, whole(input.bytes), element("code", {}, input.sha256)]))) : null,
+    table([{ title: word("history_file") }, number(word("history_bytes")), { title: "SHA-256" }],
+      entry.inputs.map((input) => [input.name, whole(input.bytes), element("code", {}, input.sha256)]))) : null,
   entry.result === undefined ? null : element("details", {}, element("summary", {}, word("history_result")),
     element("pre", { class: "mono" }, JSON.stringify(entry.result, null, 1))));
 }
 
-/** @param {any} difference */
 function changesTable(difference) {
   return table([{ title: word("history_parameter") },
-    { title: word("history_before", { id: difference.before }), number: true },
-    { title: word("history_after", { id: difference.after }), number: true },
-    { title: word("night_change"), number: true }, { title: word("history_sigmas"), number: true }],
-  difference.parameters.map((/** @type {any} */ one) => [one.name, absolute(one.before, one.unit),
+    number(word("history_before", { id: difference.before })),
+    number(word("history_after", { id: difference.after })),
+    number(word("night_change")), number(word("history_sigmas"))],
+  difference.parameters.map((one) => [one.name, absolute(one.before, one.unit),
     absolute(one.after, one.unit), one.change === null ? "\u2013" : amount(one.change, one.unit, true),
     one.change_sigma ? fixed(one.change / one.change_sigma, 1, { signed: true }) : "\u2013"]));
 }
 
-/** @param {any} moved */
 function movedLines(moved) {
   const path = moved.path.length ? ` [${moved.path.join(",")}]` : "";
   return [place(moved.nominal_mm), word("history_moves", { x: fixed(1e3 * moved.shift_mm[0], 2, { signed: true }),
@@ -160,18 +146,17 @@ function movedLines(moved) {
   word("history_line", { file: moved.file ?? "", line: moved.line, tool: moved.tool }) + path];
 }
 
-/** How far the job's places move.
- * @param {any} job */
+/** How far the job's places move. */
 function jobSection(job) {
   const shift = (/** @type {number[]} */ v) =>
     `(${v.map((one) => fixed(1e3 * one, 2, { signed: true })).join(", ")})\u00a0\u00b5m`;
   return section("job", word("history_job", { program: job.program }),
     element("dl", { class: "tiles" },
-      tile(word("history_max"), micrometres(1e3 * job.max_mm, 2),
+      tile(word("largest_shift"), micrometres(1e3 * job.max_mm, 2),
         job.uniform ? word("history_uniform") : word("history_at", { place: place(job.worst.nominal_mm) })),
       tile(word("history_p95"), micrometres(1e3 * job.p95_mm, 2), word("history_rms", { rms: micrometres(1e3 * job.rms_mm, 2) })),
       tile(word("history_mean_shift"), shift(job.mean_shift_mm), word("history_mean_remark")),
-      tile(word("history_places"), whole(job.places), word("history_places_remark", { holes: whole(job.holes),
+      tile(word("places"), whole(job.places), word("history_places_remark", { holes: whole(job.holes),
         targets: whole(job.targets) })),
       job.uncorrected ? tile(word("history_still"), whole(job.uncorrected), word("history_still_remark")) : null),
     panelArrows({ label: word("history_job", { program: job.program }), outline_mm: job.outline_mm, crosses_mm: job.targets_mm,
@@ -183,17 +168,14 @@ function jobSection(job) {
     job.notes.map((/** @type {string} */ note) => element("p", { class: "quiet text" }, note)));
 }
 
-/** @param {any} verification */
 function verifySection(verification) {
   return section("verification", element("span", {}, word("history_verified"), " ", chip("good", word("history_undamaged"))),
-    element("dl", { class: "rows" }, [["history_entries", whole(verification.entries)], ["history_hash", verification.head],
-      ["history_without_head", whole(verification.without_head)]].map(([key, value]) =>
-      [element("dt", {}, word(/** @type {any} */ (key))), element("dd", { class: "mono" }, value)])),
-    verification.held_against.length ? table([{ title: word("history_file") }, { title: word("history_entry"), number: true }],
-      verification.held_against.map((/** @type {any} */ one) => [one.file, one.entry])) : null);
+    rowList([[word("history_entries"), whole(verification.entries)], [word("history_hash"), verification.head],
+      [word("history_without_head"), whole(verification.without_head)]]),
+    verification.held_against.length ? table([{ title: word("history_file") }, number(word("history_entry"))],
+      verification.held_against.map((one) => [one.file, one.entry])) : null);
 }
 
-/** @param {any} facts */
 function entrySections(facts) {
   const { command, difference, entries, parameter } = facts;
   if (!entries?.length) return command === "verify" ? null : section("entries", word("history_entries"), word("history_no_entries"));
@@ -216,13 +198,10 @@ function entrySections(facts) {
 
 export const historyView = {
   facts: "history",
-  /** @param {any} facts */
   show(facts) {
     document.title = word("history_title", { ledger: facts.ledger_file });
     return element("div", {}, element("h1", {}, document.title), entrySections(facts),
       facts.verification && verifySection(facts.verification),
-      section("origin", word("night_origin"), element("dl", { class: "rows" },
-        Object.entries(facts.provenance).map(([key, value]) =>
-          [element("dt", {}, key), element("dd", { class: "mono" }, value)]))));
+      section("origin", word("origin"), rowList(Object.entries(facts.provenance))));
   },
 };

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The report of a job: verdict first, then the panel, the targets, the fits, and all that they rest on.
-import { chip, element, meter, section, table, tile } from "../base/dom.js";
+import { chip, element, meter, number, rowList, section, table, tile } from "../base/dom.js";
 import { word, wordOf } from "../base/words.js";
 import { fixed, micrometres, millimetres, percent, place, probability, shortest, whole } from "../base/format.js";
 import { jobMap } from "../figures/job_map.js";
-import { shiftPlans } from "../figures/arrows.js";
+import { shiftPlans } from "../figures/shift_plans.js";
 import { depthMap, focusCurve, riskChart } from "../figures/job_charts.js";
 import { boardText, lineText, targetCards, targetLink } from "./job_targets.js";
 import { fitBlocks, gateLimit, gateRatio, gateValue, worstGate } from "./job_fits.js";
@@ -14,7 +14,6 @@ const jobVerdictMarks = {
   drill: ["\u2713", "drill"], warned: ["\u26a0", "forced"], hold: ["\u2717", "hold"], forced: ["\u26a0", "forced"],
 };
 
-/** @param {any} facts */
 function gateTiles(facts) {
   const remark = (/** @type {{gate: any}} */ worst) => {
     const ratio = gateRatio(worst.gate);
@@ -24,8 +23,8 @@ function gateTiles(facts) {
   };
   const residual = worstGate(facts.series, (gate) => gate.gate === "residual");
   const other = worstGate(facts.series, (gate) => gate.gate !== "residual");
-  const length = (/** @type {any} */ target) => target.residual_um ? Math.hypot(...target.residual_um) : -1;
-  const largest = facts.targets.reduce((/** @type {any} */ best, /** @type {any} */ t) =>
+  const length = (target) => target.residual_um ? Math.hypot(...target.residual_um) : -1;
+  const largest = facts.targets.reduce((best, t) =>
     length(t) > (best ? length(best) : -1) ? t : best, null);
   const first = residual
     ? tile(word("worst_residual"), gateValue(residual.gate),
@@ -37,7 +36,6 @@ function gateTiles(facts) {
     gateValue(other.gate), [remark(other), `; ${word("line")} ${other.series.line}${boardText(other.series)}`])];
 }
 
-/** @param {any} facts */
 function placeTiles(facts) {
   const { places, truth } = facts;
   if (!places) return [tile(word("holes"), word("none_written"), word("was_refused"))];
@@ -55,7 +53,6 @@ function placeTiles(facts) {
   ];
 }
 
-/** @param {any} facts */
 function riskTiles(facts) {
   const { tolerance, depth } = facts;
   const link = (/** @type {string} */ id, /** @type {string} */ text) => element("a", { href: `#${id}` }, text);
@@ -73,7 +70,6 @@ function riskTiles(facts) {
   ];
 }
 
-/** @param {any} facts */
 function firstScreen(facts) {
   const [mark, kind] = jobVerdictMarks[facts.verdict.word];
   const written = facts.output === null ? word("nothing_written")
@@ -94,20 +90,18 @@ function firstScreen(facts) {
   ];
 }
 
-/** @param {any} tolerance */
 function toleranceSection(tolerance) {
   if (!tolerance) return null;
-  const hasTruth = tolerance.tools.some((/** @type {any} */ tool) => tool.actual);
-  const risk = (/** @type {any} */ tool) => tool.n_judged === 0 ? element("span", { class: "quiet" }, word("not_judged"))
+  const hasTruth = tolerance.tools.some((tool) => tool.actual);
+  const risk = (tool) => tool.n_judged === 0 ? element("span", { class: "quiet" }, word("not_judged"))
     : chip(tool.n_held > 0 ? "refused" : tool.n_warned > 0 ? "suspect" : "good",
       tool.risk === null ? word("no_figure") : probability(tool.risk));
-  const number = (/** @type {string} */ title) => ({ title, number: true });
   const columns = [{ title: word("tool") }, { title: word("risk") }, number(word("places")), number(word("tolerance_um")),
     number(word(tolerance.is_of_fit_only ? "largest_sigma_of_fit" : "largest_sigma_um")), number(word("radius_95")),
     number(word("mean")), number(word("mean_3_sigma")), number("Cpk"),
     ...hasTruth ? [number(word("true_max")), number(word("true_mean_3_sigma")), number(word("true_cpk"))] : [],
     number(word("warn_hold")), { title: word("worst_place") }];
-  const rows = tolerance.tools.map((/** @type {any} */ tool) => [`T${tool.tool}`, risk(tool), whole(tool.n_places),
+  const rows = tolerance.tools.map((tool) => [`T${tool.tool}`, risk(tool), whole(tool.n_places),
     fixed(tool.tolerance_um, 1), fixed(tool.largest_sigma_um, 2), fixed(tool.largest_radius_95_um, 2),
     fixed(tool.predicted.mean_um, 2), fixed(tool.predicted.mean_plus_3_sigma_um, 2), fixed(tool.predicted.cpk, 2),
     ...hasTruth ? [fixed(tool.actual?.max_um, 2), fixed(tool.actual?.mean_plus_3_sigma_um, 2), fixed(tool.actual?.cpk, 2)] : [],
@@ -123,14 +117,12 @@ function sentence(text) {
   return element("p", { lang: "en" }, element("b", {}, `${text.charAt(0).toUpperCase()}${text.slice(1)}.`));
 }
 
-/** @param {any} depth */
 function depthSection(depth) {
   if (!depth) return null;
-  const number = (/** @type {string} */ title) => ({ title, number: true });
   const risk = (/** @type {number | undefined} */ p) => p === undefined ? ""
     : chip(p > depth.hold_above ? "refused" : p > depth.warn_above ? "suspect" : "good", probability(p));
-  const hasAxes = new Set(depth.maps.map((/** @type {any} */ map) => map.axis)).size > 1;
-  const rows = depth.tools.map((/** @type {any} */ tool) => [`T${tool.tool}`, whole(tool.n_depths),
+  const hasAxes = new Set(depth.maps.map((map) => map.axis)).size > 1;
+  const rows = depth.tools.map((tool) => [`T${tool.tool}`, whole(tool.n_depths),
     `${fixed(tool.too_shallow_um, 1)} / ${fixed(tool.too_deep_um, 1)}`,
     tool.n_judged === 0 ? word("not_judged") : fixed(tool.largest_mean_um, 2, { signed: true }),
     fixed(tool.largest_sigma_um, 2),
@@ -143,12 +135,11 @@ function depthSection(depth) {
     rows.length > 0 && table([{ title: word("tool") }, number(word("depths")), number(word("shallow_deep")),
       number(word("farthest_off")), number(word("largest_sigma_um")), number(word("expected_shallow_deep")),
       number(word("warn_hold")), { title: word("too_shallow") }, { title: word("too_deep") }, { title: word("worst_place") }], rows),
-    element("div", { class: "figures" }, depth.maps.map((/** @type {any} */ map) => depthMap(map, depth.tools, hasAxes))),
+    element("div", { class: "figures" }, depth.maps.map((map) => depthMap(map, depth.tools, hasAxes))),
     element("ul", { lang: "en" }, depth.surface_lines.map((/** @type {string} */ line) => element("li", {}, line))),
     element("p", { class: "quiet text" }, word("depth_note", { um: shortest(depth.machine_sigma_um) })));
 }
 
-/** @param {any} budget */
 function budgetSection(budget) {
   if (!budget) return null;
   const trace = (/** @type {number[]} */ c) => c[0] + c[2];
@@ -156,87 +147,78 @@ function budgetSection(budget) {
   const all = trace(budget.covariance_um2);
   const row = (/** @type {string} */ name, /** @type {number[]} */ c, /** @type {string} */ common) => [name, sigma(c[0]),
     sigma(c[2]), percent(all > 0 ? trace(c) / all : 0), meter(all > 0 ? trace(c) / all : 0), common];
-  const counted = budget.terms.filter((/** @type {any} */ term) => term.counts);
-  const missing = budget.terms.filter((/** @type {any} */ term) => !term.counts).map((/** @type {any} */ term) => wordOf("source", term.source));
-  const common = counted.filter((/** @type {any} */ term) => term.common_to === "all holes");
-  const sum = (/** @type {number} */ k) => common.reduce((/** @type {number} */ s, /** @type {any} */ term) => s + term.covariance_um2[k], 0);
+  const counted = budget.terms.filter((term) => term.counts);
+  const missing = budget.terms.filter((term) => !term.counts).map((term) => wordOf("source", term.source));
+  const common = counted.filter((term) => term.common_to === "all holes");
+  const sum = (/** @type {number} */ k) => common.reduce((/** @type {number} */ s, term) => s + term.covariance_um2[k], 0);
   const shared = sum(0) + sum(2) > 0 ? word("budget_common", { x: sigma(sum(0)), y: sigma(sum(2)) }) : word("budget_common_unknown");
   const why = !budget.is_likeliest_to_break ? word("budget_least_certain")
     : budget.risk === null ? word("budget_likeliest") : word("budget_likeliest_risk", { risk: probability(budget.risk) });
   return section("budget", word("budget"),
     element("p", {}, `${why}: ${lineText(budget)}, T${budget.tool}, ${word("nominal")} ${place(budget.nominal_mm)}.`),
-    table([{ title: word("source") }, { title: word("sigma_x"), number: true }, { title: word("sigma_y"), number: true },
-      { title: word("share"), number: true }, { title: "" }, { title: word("common_to") }],
-    [...counted.map((/** @type {any} */ term) => row(wordOf("source", term.source), term.covariance_um2, wordOf("common", term.common_to))),
+    table([{ title: word("source") }, number(word("sigma_x")), number(word("sigma_y")),
+      number(word("share")), { title: "" }, { title: word("common_to") }],
+    [...counted.map((term) => row(wordOf("source", term.source), term.covariance_um2, wordOf("common", term.common_to))),
       row(word("total"), budget.covariance_um2, "")]),
     missing.length > 0 && element("p", { class: "quiet" }, word("budget_missing"), ` ${missing.join(", ")}.`),
     element("p", { class: "text" }, shared));
 }
 
-/** @param {any} facts */
 function measuredSections(facts) {
   const { calibrations, focus, surface } = facts;
   return [
     calibrations.length > 0 && section("calibrations", word("calibrations"),
       element("p", { class: "text" }, word("calibrations_note")),
-      table([{ title: word("line"), number: true }, { title: word("order") }, { title: word("found") }],
-        calibrations.map((/** @type {any} */ one) => [one.line, one.command, element("span", { lang: "en" }, one.text)]), "prose")),
+      table([number(word("line")), { title: word("order") }, { title: word("status_found") }],
+        calibrations.map((one) => [one.line, one.command, element("span", { lang: "en" }, one.text)]), "prose")),
     focus.length > 0 && section("focus", word("focus"), element("div", { class: "figures" },
-      focus.map((/** @type {any} */ one) => element("figure", {}, focusCurve(one),
-        element("figcaption", {}, `${word("line")} ${one.line}, ${place(one.expected_mm)}: `, one.is_found
-          ? word("focused", { z: millimetres(one.z_mm, 4), sigma: micrometres(one.sigma_um, 1) })
-          : [element("b", {}, word("not_focused")), ` ${one.reason}`]))))),
+      focus.map((one) => focusCurve(one, `${word("line")} ${one.line}, ${place(one.expected_mm)}: `, one.is_found
+        ? word("focused", { z: millimetres(one.z_mm, 4), sigma: micrometres(one.sigma_um, 1) })
+        : [element("b", {}, word("not_focused")), ` ${one.reason}`])))),
     surface && section("surface", word("surface"),
       surface.use && element("p", { lang: "en" }, `${surface.use}.`), probesTable(surface)),
   ];
 }
 
-/** @param {any} surface */
 function probesTable(surface) {
   if (surface.probes.length === 0) return null;
-  const n_axes = Math.max(1, ...surface.probes.map((/** @type {any} */ probe) => probe.axes.length));
+  const n_axes = Math.max(1, ...surface.probes.map((probe) => probe.axes.length));
   const axes = Array.from({ length: n_axes }, (_, axis) => axis);
-  const heights = (/** @type {any[]} */ values) => axes.map((axis) => fixed(values[axis]?.height_mm, 4));
-  return table([{ title: word("probe") }, { title: word("asked_by") }, { title: "" }, { title: word("nominal"), number: true },
+  const heights = (values) => axes.map((axis) => fixed(values[axis]?.height_mm, 4));
+  return table([{ title: word("probe") }, { title: word("asked_by") }, { title: "" }, number(word("nominal")),
     ...axes.map((axis) => ({ title: n_axes === 1 ? word("height_mm") : word("height_of_axis", { axis }), number: true })),
-    { title: word("from_expected"), number: true }],
-  [...surface.probes.map((/** @type {any} */ probe) => [`#${probe.seq}`, `${probe.command}, ${lineText(probe)}`,
+    number(word("from_expected"))],
+  [...surface.probes.map((probe) => [`#${probe.seq}`, `${probe.command}, ${lineText(probe)}`,
     probe.memory === null ? "" : `L${probe.memory}`, place(probe.nominal_mm),
     ...(probe.is_found ? heights(probe.axes) : [[element("b", {}, word("status_not_found")), ` ${probe.reason}`], ...axes.slice(1).map(() => "")]),
     probe.is_found ? fixed(1e3 * (probe.axes[0].height_mm - probe.reference_mm), 1, { signed: true }) : ""]),
-  ...surface.filled.map((/** @type {any} */ node) => ["", [element("b", {}, word("not_probed")),
+  ...surface.filled.map((node) => ["", [element("b", {}, word("not_probed")),
     `, ${wordOf("height", node.height_from)}: \u03c3 ${micrometres(node.axes[0]?.sigma_um, 1)}`], "", place(node.place_mm), ...heights(node.axes), ""])]);
 }
 
-/** @param {any} facts */
 function messagesSection(facts) {
   return section("messages", word("messages"), facts.messages.length === 0
     ? element("p", { class: "quiet" }, word("no_messages"))
-    : element("ul", { class: "messages" }, facts.messages.map((/** @type {any} */ message) => element("li", {},
+    : element("ul", { class: "messages" }, facts.messages.map((message) => element("li", {},
       chip(message.severity, word(message.severity === "error" ? "error" : "warning")), " ",
       element("code", { lang: "en" }, message.text), element("div", { class: "quiet", lang: "en" }, message.advice)))));
 }
 
-/** @param {any} truth */
 function truthSection(truth) {
   if (!truth) return null;
-  const row = (/** @type {string} */ name, /** @type {any} */ errors) => [name, whole(errors.n), fixed(errors.uncorrected_max_um, 1),
+  const row = (/** @type {string} */ name, errors) => [name, whole(errors.n), fixed(errors.uncorrected_max_um, 1),
     fixed(errors.uncorrected_rms_um, 1), fixed(errors.corrected_max_um, 3), fixed(errors.corrected_rms_um, 3)];
-  const number = (/** @type {string} */ title) => ({ title, number: true });
   return section("truth", word("truth"),
     table([{ title: word("tool") }, number(word("holes")), number(word("uncorrected_max")), number(word("rms")),
       number(word("corrected_max")), number(word("rms"))],
-    [...truth.tools.map((/** @type {any} */ tool) => row(`T${tool.tool}`, tool)), row(word("all"), truth.all)]),
+    [...truth.tools.map((tool) => row(`T${tool.tool}`, tool)), row(word("all"), truth.all)]),
     truth.mean_normalized_square !== null && element("p", { class: "quiet text" },
       word("truth_note", { square: fixed(truth.mean_normalized_square, 2) })));
 }
 
 export const jobView = {
   facts: "job",
-  /**
-   * @param {any} facts
-   * @param {Record<string, string>} pictures
-   */
+  /** @param {Record<string, string>} pictures */
   show(facts, pictures) {
     document.title = `${wordOf("verdict", facts.verdict.word)}: ${facts.program} - panelcal`;
     const shifts = shiftPlans(facts);
@@ -248,7 +230,6 @@ export const jobView = {
       section("fits", word("fits"), fitBlocks(facts)),
       budgetSection(facts.budget), measuredSections(facts), messagesSection(facts), truthSection(facts.truth),
       section("origin", word("origin"), element("p", { class: "quiet text" }, word("conventions")),
-        element("dl", { class: "rows" }, facts.provenance.map((/** @type {any} */ row) =>
-          [element("dt", {}, row.key), element("dd", { class: "mono" }, row.value)]))));
+        rowList(facts.provenance.map((row) => [row.key, row.value]))));
   },
 };

@@ -1,35 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
 // The fits of a job: in words and numbers, with gates, models, causes and what targets would hide.
-import { chip, element, meter, table } from "../base/dom.js";
+import { chip, element, meter, number, table, unfolding } from "../base/dom.js";
 import { word, wordOf } from "../base/words.js";
 import { fixed, place, probability, shortest, withSigma } from "../base/format.js";
-import { arrowPlan } from "../figures/arrows.js";
+import { panelArrows } from "../figures/panel_arrows.js";
+import { arrowLines } from "../figures/shift_plans.js";
 import { seriesName, targetLink } from "./job_targets.js";
 
 /** More accepted board fits than this are folded into one line. */
 const maxLooseFits = 12;
 
-/** @param {any} gate */
 export function gateRatio(gate) {
   if (gate.value === 0 && gate.limit >= 0) return 0;
   const ratio = gate.value === null || gate.limit === null ? Infinity : gate.value / gate.limit;
   return ratio >= 0 ? ratio : Infinity;
 }
 
-/** @param {any} gate */
 function gateUnit(gate) {
   return gate.unit === "um" ? "\u00b5m" : gate.unit;
 }
 
-/** @param {any} gate */
 export function gateLimit(gate) {
   return `${shortest(gate.limit)}\u00a0${gateUnit(gate)}`;
 }
 
-/**
- * The value in as many decimals as tell a refused one from its limit.
- * @param {any} gate
- */
+/** The value in as many decimals as tell a refused one from its limit. */
 export function gateValue(gate) {
   let decimals = gate.unit === "mm" || gate.unit === "mrad" ? 3 : gate.unit === "um" ? 2 : 1;
   while (!gate.is_accepted && decimals < 12 && fixed(gate.value, decimals) === fixed(gate.limit, decimals)) decimals++;
@@ -38,7 +33,6 @@ export function gateValue(gate) {
 
 /**
  * The gate with the largest ratio over all series; a refused one goes before any accepted one.
- * @param {any[]} series
  * @param {(gate: any) => boolean} isWanted
  */
 export function worstGate(series, isWanted) {
@@ -54,7 +48,6 @@ export function worstGate(series, isWanted) {
   return worst;
 }
 
-/** @param {any} chiSquare */
 function chiSquareText(chiSquare) {
   const p = chiSquare.p === null ? "" : chiSquare.p < 0.001 ? " (p < 0.001)" : ` (p = ${fixed(chiSquare.p, 3)})`;
   return word("chi_square_text", {
@@ -73,8 +66,8 @@ function capitalized(text) {
  */
 function fitSentence(one) {
   const { fit } = one;
-  const subject = word(one.level === "panel" ? "series_panel" : "series_board");
-  const scaled = (/** @type {any} */ v, /** @type {number} */ k, /** @type {string} */ unit, signed = true) =>
+  const subject = word(one.level === "panel" ? "panel" : "series_board");
+  const scaled = (v, /** @type {number} */ k, /** @type {string} */ unit, signed = true) =>
     withSigma(v.value === null ? null : k * v.value, v.sigma === null ? null : k * v.sigma, unit, signed);
   const isSmall = Math.hypot(fit.shift_x_mm.value, fit.shift_y_mm.value) < 1;
   const [k, unit] = isSmall ? [1e3, "\u00b5m"] : [1, "mm"];
@@ -89,40 +82,38 @@ function fitSentence(one) {
   if (one.model === "affine" || one.model === "smooth") {
     parts.push(word("fit_sheared", { shear: scaled(fit.shear_ppm, 1, "ppm") }));
   }
-  if (fit.is_mirrored) parts.push(word("fit_mirrored"));
+  if (fit.is_mirrored) parts.push(word("cause_mirrored"));
   return `${subject} ${parts.join(", ")}, ${word("fit_at_centre", { shifted })}.`;
 }
 
-/** @param {any} one */
 function gatesTable(one) {
   const limits = element("p", { class: "quiet" }, `${word("gates")}: `, element("span", { lang: "en" }, one.limits), ".");
   if (one.gates.length === 0) return limits;
-  return [table([{ title: word("gate") }, { title: word("value"), number: true }, { title: word("limit"), number: true },
+  return [table([{ title: word("gate") }, number(word("value")), number(word("limit")),
     { title: "" }, { title: "" }],
-  one.gates.map((/** @type {any} */ gate) => {
+  one.gates.map((gate) => {
     const kind = gate.is_accepted ? "good" : "refused";
     return [[wordOf("gate", gate.gate), gate.target !== null && [" ", targetLink(gate.target)]], gateValue(gate),
       gateLimit(gate), meter(gateRatio(gate), kind), chip(kind, word(gate.is_accepted ? "pass" : "fail"))];
   })), limits];
 }
 
-/** @param {any} one */
 function modelsTable(one) {
   if (one.models.length < 2) return null;
-  const least = Math.min(...one.models.map((/** @type {any} */ model) => model.criterion));
-  const marks = (/** @type {any} */ model) => [
-    model.is_in_force && [chip("good", word("model_in_force")), " "],
+  const least = Math.min(...one.models.map((model) => model.criterion));
+  const marks = (model) => [
+    model.is_in_force && [chip("good", word("history_in_force")), " "],
     model.is_chosen && !model.is_in_force && [chip("suspect", word("model_favoured")), " "],
     !model.is_eligible && element("span", { class: "quiet" }, word("model_unchecked")),
   ];
-  const chosen = one.models.find((/** @type {any} */ model) => model.is_chosen);
-  const smooth = one.models.find((/** @type {any} */ model) => model.name === "smooth");
+  const chosen = one.models.find((model) => model.is_chosen);
+  const smooth = one.models.find((model) => model.name === "smooth");
   return element("details", { open: chosen && !chosen.is_in_force },
     element("summary", {}, word("models_compared")),
-    table([{ title: word("model") }, { title: word("parameters"), number: true },
-      { title: word("chi_square"), number: true }, { title: word("criterion"), number: true },
-      { title: word("left_out_rms"), number: true }, { title: "" }],
-    one.models.map((/** @type {any} */ model) => [wordOf("model", model.name),
+    table([{ title: word("model") }, number(word("parameters")),
+      number(word("chi_square")), number(word("criterion")),
+      number(word("left_out_rms")), { title: "" }],
+    one.models.map((model) => [wordOf("model", model.name),
       fixed(model.parameters, model.name === "smooth" ? 1 : 0), fixed(model.chi_square, 2),
       fixed(model.criterion - least, 2, { signed: true }), fixed(model.left_out_um, 2), marks(model)])),
     element("p", { class: "quiet text" }, word("criterion_note")),
@@ -132,7 +123,6 @@ function modelsTable(one) {
       word("smooth_advice", { smooth: fixed(smooth.left_out_um, 2), best: fixed(chosen.left_out_um, 2) })));
 }
 
-/** @param {any} one */
 function causesTable(one) {
   const { fault } = one;
   const leftOut = one.left_out.map((/** @type {number} */ seq) =>
@@ -145,68 +135,54 @@ function causesTable(one) {
     fault.false_alarm > 0 && ` ${word("fault_alarm", { p: probability(fault.false_alarm) })}`,
     !fault.weighs_taken_pads && ` ${word("fault_pads")}`,
     ` ${word(fault.is_named ? "fault_named" : fault.is_outlier_certain ? "fault_outlier" : "fault_open")}`),
-  table([{ title: word("cause") }, { title: word("evidence") }, { title: word("probability"), number: true }],
-    fault.causes.map((/** @type {any} */ cause) => [
+  table([{ title: word("cause") }, { title: word("evidence") }, number(word("probability"))],
+    fault.causes.map((cause) => [
       [wordOf("cause", cause.cause), cause.target !== null && [" ", targetLink(cause.target)]],
       element("span", { lang: "en" }, cause.text), chance(cause.probability)]), "prose"),
   element("p", { class: "quiet" }, word("causes_note"))];
 }
 
-/**
- * What an error of one target would do unseen: the leverage of each.
- * @param {any} one
- */
+/** What an error of one target would do unseen: the leverage of each. */
 function leverageTable(one) {
   const known = one.reliability;
   if (!known || known.unseen.length === 0) return null;
   return element("details", {}, element("summary", {}, word("leverage")),
-    table([{ title: word("target") }, { title: word("unseen_error"), number: true }],
-      known.unseen.map((/** @type {any} */ row) => [row.target === null ? "" : targetLink(row.target),
+    table([{ title: word("target") }, number(word("unseen_error"))],
+      known.unseen.map((row) => [row.target === null ? "" : targetLink(row.target),
         row.is_unlimited ? word("unlimited") : `${fixed(Math.hypot(row.error_um[0], row.error_um[1]), 1)}\u00a0\u00b5m`])),
     element("p", { class: "quiet text" }, word(known.can_be_stated ? "leverage_note" : "leverage_weak")));
 }
 
-/** @param {any} one */
 function covarianceTable(one) {
   const names = ["l00", "l01", "l10", "l11", "tx", "ty"];
   const { map } = one.fit;
-  const number = (/** @type {number | null} */ value) => value === null ? "\u2013" : value.toExponential(3);
+  const exponential = (/** @type {number | null} */ value) => value === null ? "\u2013" : value.toExponential(3);
   const values = [...map.linear[0], ...map.linear[1], ...map.translation_mm];
   return element("details", {}, element("summary", {}, word("covariance")),
-    table([{ title: "" }, { title: word("value"), number: true }, ...names.map((title) => ({ title, number: true }))],
-      names.map((name, i) => [name, values[i] === null ? "\u2013" : values[i].toFixed(9), ...map.covariance[i].map(number)]),
+    table([{ title: "" }, number(word("value")), ...names.map((title) => ({ title, number: true }))],
+      names.map((name, i) => [name, values[i] === null ? "\u2013" : values[i].toFixed(9), ...map.covariance[i].map(exponential)]),
       "mono"),
     element("p", { class: "quiet text" }, word("covariance_note")));
 }
 
-/**
- * @param {any} one
- * @param {any[]} targets
- */
 function residualsPlan(one, targets) {
   const known = targets.filter((target) => one.points.includes(target.seq) && target.residual_um);
   if (known.length < 2) return null;
-  return arrowPlan(known.map((target) => ({
-    x: target.nominal_mm[0], y: target.nominal_mm[1], dx_um: target.residual_um[0], dy_um: target.residual_um[1],
-    label: `#${target.seq}`, isBad: target.state !== "good", covariance_um2: target.measured?.covariance_um2,
-  })), "arrow", word("residuals_caption"));
+  return panelArrows({ label: word("residuals_caption"), mostHeight: 360, places: known.map((target) => ({
+    at_mm: target.nominal_mm, vector_mm: target.residual_um.map((one) => one / 1e3), kind: target.state === "good" ? "" : "refused",
+    name: `#${target.seq}`, lines: [`#${target.seq}`, ...arrowLines(target.nominal_mm, target.residual_um)],
+    covariance_um2: target.measured?.covariance_um2 })) }, word("residuals_caption"));
 }
 
-/**
- * @param {any} one
- * @param {any} facts
- * @param {boolean} isOpen
- */
+/** @param {boolean} isOpen */
 function seriesBlock(one, facts, isOpen) {
-  const missing = facts.targets.filter((/** @type {any} */ t) => one.targets.includes(t.seq) && t.status !== "found");
+  const missing = facts.targets.filter((t) => one.targets.includes(t.seq) && t.status !== "found");
   const words = one.fit ? fitSentence(one)
-    : missing.length > 0 ? [`${word("no_fit_missing")} `, missing.map((/** @type {any} */ t) => [targetLink(t.seq), " "])]
+    : missing.length > 0 ? [`${word("no_fit_missing")} `, missing.map((t) => [targetLink(t.seq), " "])]
       : word("no_fit");
-  const details = element("details", { class: "fit", open: isOpen || !one.is_accepted },
-    element("summary", {}, chip(one.is_accepted ? "good" : "refused", word(one.is_accepted ? "pass" : "fail")), " ",
-      element("b", {}, seriesName(one)), " ", words));
-  const fill = () => {
-    if (!details.open || details.childElementCount > 1) return;
+  const summary = [chip(one.is_accepted ? "good" : "refused", word(one.is_accepted ? "pass" : "fail")), " ",
+    element("b", {}, seriesName(one)), " ", words];
+  return unfolding(summary, () => {
     const text = one.fit && element("p", { class: "text" },
       word("fit_text", { n: one.points.length, model: wordOf("model", one.model) }), " ", capitalized(chiSquareText(one.fit.chi_square)),
       one.fit.misfit_ratio !== 1 && one.fit.misfit_ratio !== null &&
@@ -217,19 +193,12 @@ function seriesBlock(one, facts, isOpen) {
       element("b", {}, word(one.assignment.is_certain ? "chosen_jointly" : "not_separable")), " ",
       word("candidates_that_count", { list: one.assignment.n_candidates.join(", ") }), " ",
       element("span", { lang: "en" }, one.assignment.text), ".");
-    details.append(element("div", { class: "columns" }, element("div", {}, text, one.fit && gatesTable(one), assignment),
-      residualsPlan(one, facts.targets) ?? ""), ...[modelsTable(one), causesTable(one), leverageTable(one),
-      one.fit && covarianceTable(one)].flat(3).filter(Boolean));
-  };
-  details.addEventListener("toggle", fill);
-  fill();
-  return details;
+    return [element("div", { class: "columns" }, element("div", {}, text, one.fit && gatesTable(one), assignment),
+      residualsPlan(one, facts.targets)), modelsTable(one), causesTable(one), leverageTable(one), one.fit && covarianceTable(one)];
+  }, { class: "fit", open: isOpen || !one.is_accepted });
 }
 
-/**
- * Fits of many boards, as ranges.
- * @param {any[]} boards
- */
+/** Fits of many boards, as ranges. */
 function boardRanges(boards) {
   const range = (/** @type {(fit: any) => number | null} */ of, /** @type {number} */ decimals) => {
     const values = boards.map((one) => of(one.fit) ?? 0);
@@ -243,22 +212,19 @@ function boardRanges(boards) {
   return `${shifts}${turns}.`;
 }
 
-/**
- * @param {any} facts
- * @returns {import("../base/dom.js").Child[]}
- */
+/** @returns {import("../base/dom.js").Child[]} */
 export function fitBlocks(facts) {
   const { series } = facts;
   if (series.length === 0) return [element("p", { class: "quiet" }, word("nothing_fitted"))];
-  const refused = series.filter((/** @type {any} */ one) => !one.is_accepted);
-  const panels = series.filter((/** @type {any} */ one) => one.is_accepted && one.level === "panel");
-  const boards = series.filter((/** @type {any} */ one) => one.is_accepted && one.level !== "panel");
-  const boardBlocks = boards.map((/** @type {any} */ one) => seriesBlock(one, facts, false));
+  const refused = series.filter((one) => !one.is_accepted);
+  const panels = series.filter((one) => one.is_accepted && one.level === "panel");
+  const boards = series.filter((one) => one.is_accepted && one.level !== "panel");
+  const boardBlocks = boards.map((one) => seriesBlock(one, facts, false));
   return [
     facts.all_series && series.length > 1 && element("p", {}, `${word("all_fits")} `, chiSquareText(facts.all_series)),
-    boards.some((/** @type {any} */ one) => one.is_on_panel_fit) && element("p", {}, word("boards_on_panel")),
-    refused.map((/** @type {any} */ one) => seriesBlock(one, facts, true)),
-    panels.map((/** @type {any} */ one) => seriesBlock(one, facts, series.length <= maxLooseFits)),
+    boards.some((one) => one.is_on_panel_fit) && element("p", {}, word("boards_on_panel")),
+    refused.map((one) => seriesBlock(one, facts, true)),
+    panels.map((one) => seriesBlock(one, facts, series.length <= maxLooseFits)),
     boards.length > maxLooseFits
       ? element("details", { class: "fit" }, element("summary", {}, chip("good", word("pass")), " ",
         element("b", {}, word("n_board_fits", { n: boards.length })), " ", boardRanges(boards)), boardBlocks)

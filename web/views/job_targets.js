@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The targets of a job: a card each, with pictures and numbers; those that need a look first.
-import { chip, element, table } from "../base/dom.js";
+import { chip, element, number, table } from "../base/dom.js";
 import { word, wordOf } from "../base/words.js";
 import { fixed, place } from "../base/format.js";
 import { targetThumbnail, viewsPlan } from "../figures/target_picture.js";
@@ -8,12 +8,10 @@ import { targetThumbnail, viewsPlan } from "../figures/target_picture.js";
 /** Up to this number of cards is shown unfolded. */
 const shownUnfolded = 24;
 
-/** @param {any} target */
 export function boardText(target) {
   return target.board.length > 0 ? `, ${word("board")} [${target.board.join(",")}]` : "";
 }
 
-/** @param {any} target */
 export function lineText(target) {
   return `${word("line")} ${target.line}${target.file ? ` (${target.file})` : ""}${boardText(target)}`;
 }
@@ -32,10 +30,6 @@ export function targetLink(seq) {
   return element("a", { href: `#target-${seq}`, onclick: open }, `#${seq}`);
 }
 
-/**
- * @param {any} target
- * @param {any} series
- */
 function statusChip(target, series) {
   if (target.status !== "found") return chip("refused", wordOf("status", target.status));
   if (target.state === "refused") return chip("refused", word("target_refused"));
@@ -43,7 +37,6 @@ function statusChip(target, series) {
   return target.state === "left_out" ? chip("suspect", word("target_left_out")) : chip("good", word("status_found"));
 }
 
-/** @param {any} target */
 function numbersTable(target) {
   if (!target.measured) return null;
   const deviation = target.measured.place_mm.map((/** @type {number} */ v, /** @type {number} */ i) =>
@@ -57,18 +50,14 @@ function numbersTable(target) {
   if (target.residual_um) rows.push(row(word("residual"), target.residual_um, 2));
   rows.push(row(word("sigma"), [Math.sqrt(xx), Math.sqrt(yy)], 3, false));
   if (target.measured.scatter_um) rows.push(row(word("scatter_of_inspections"), target.measured.scatter_um, 3, false));
-  return table([{ title: "\u00b5m" }, { title: "x", number: true }, { title: "y", number: true },
-    { title: word("length"), number: true }], rows, "numbers");
+  return table([{ title: "\u00b5m" }, number("x"), number("y"),
+    number(word("length"))], rows, "numbers");
 }
 
-/**
- * @param {any} target
- * @param {any} facts
- * @param {Record<string, string>} pictures
- */
+/** @param {Record<string, string>} pictures */
 function targetCard(target, facts, pictures) {
-  const crops = target.pictures.filter((/** @type {any} */ one) => one.crop && pictures[one.crop.name]);
-  const thumbnails = crops.map((/** @type {any} */ one) => targetThumbnail(one.crop, pictures[one.crop.name],
+  const crops = target.pictures.filter((one) => one.crop && pictures[one.crop.name]);
+  const thumbnails = crops.map((one) => targetThumbnail(one.crop, pictures[one.crop.name],
     word("picture_label", { seq: target.seq, view: one.view + 1 }), one.status === "found"));
   const kind = target.state === "left_out" ? "suspect" : target.state;
   const last = crops[crops.length - 1]?.crop;
@@ -92,18 +81,17 @@ function targetCard(target, facts, pictures) {
 }
 
 /**
- * @param {any} facts
  * @param {Record<string, string>} pictures
  * @returns {import("../base/dom.js").Child[]}
  */
 export function targetCards(facts, pictures) {
   const { targets, series } = facts;
   if (targets.length === 0) return [element("p", { class: "quiet" }, word("no_targets"))];
-  const cards = (/** @type {any[]} */ some) => element("div", { class: "cards" },
+  const cards = (some) => element("div", { class: "cards" },
     some.map((target) => targetCard(target, facts, pictures)));
   const out = [];
   for (const state of /** @type {const} */ (["refused", "suspect", "left_out"])) {
-    const some = targets.filter((/** @type {any} */ target) => target.state === state);
+    const some = targets.filter((target) => target.state === state);
     if (some.length > 0) out.push(element("h3", {}, word(`targets_${state}`)), cards(some));
   }
   /** @type {Map<number | null, any[]>} */
@@ -138,6 +126,6 @@ export function targetCards(facts, pictures) {
  */
 export function seriesName(one) {
   const board = one.board.length > 0 ? ` [${one.board.join(",")}]` : "";
-  const name = one.level === "panel" ? word("series_panel") : board ? word("series_board") : word("series_nested");
+  const name = one.level === "panel" ? word("panel") : board ? word("series_board") : word("series_nested");
   return `${name}${board}, ${word("line")} ${one.line}`;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page of the morning: may the machine drill, what has moved, and every calibration of the night.
-import { chip, element, section, table, tile } from "../base/dom.js";
+import { chip, element, number, rowList, section, table, tile } from "../base/dom.js";
 import { absolute, amount, fixed, millimetres, place, whole } from "../base/format.js";
 import { word, wordOf } from "../base/words.js";
 import { panelArrows } from "../figures/panel_arrows.js";
@@ -35,8 +35,7 @@ function checkList(rows) {
     element("li", {}, chip(row.kind, row.state), " ", element("b", {}, row.name), " ", row.text)));
 }
 
-/** What a person does next; empty if all is well.
- * @param {any} facts */
+/** What a person does next; empty if all is well. */
 function nextStep(facts) {
   const command = `panelcal nightly -m ${facts.config_file}`;
   if (facts.dry_run) return word("night_next_dry");
@@ -45,17 +44,15 @@ function nextStep(facts) {
   return facts.may_drill ? word("night_next_refused") : word("night_next_hold", { command: `${command} --again` });
 }
 
-/** @param {any} facts */
 function stepCounts(facts) {
   /** @type {Map<string, number>} */
   const counts = new Map();
   for (const { state } of facts.steps) counts.set(state, (counts.get(state) ?? 0) + 1);
-  return [...counts].map(([state, n]) => `${n} ${wordOf("night_state", state)}`).join(", ") || word("night_none");
+  return [...counts].map(([state, n]) => `${n} ${wordOf("night_state", state)}`).join(", ") || word("none");
 }
 
-/** @param {any} facts */
 function surfaceTile(facts) {
-  const step = facts.steps.find((/** @type {any} */ one) => one.kind === "surface");
+  const step = facts.steps.find((one) => one.kind === "surface");
   if (!step?.axes.length || step.axes[0].new === null) return null;
   const { unit } = step.axes[0];
   return step.change === null
@@ -64,9 +61,8 @@ function surfaceTile(facts) {
       word("night_surface_sigma", { sigma: amount(step.change_sigma, unit) }));
 }
 
-/** @param {any} facts */
 function nightTiles(facts) {
-  const passed = facts.checks.filter((/** @type {any} */ check) => check.passed).length;
+  const passed = facts.checks.filter((check) => check.passed).length;
   const until = !facts.may_drill ? word("night_until_hold")
     : facts.drill_until ? minuteText(facts.drill_until) : word("night_until_open");
   return element("dl", { class: "tiles" },
@@ -80,20 +76,18 @@ function nightTiles(facts) {
       word("night_temperature_of")));
 }
 
-/** @param {any} facts */
 function nightVerdict(facts) {
   const isGood = facts.may_drill && facts.outcome === "installed" && !facts.dry_run;
   const kind = facts.dry_run || (facts.may_drill && !isGood) ? " forced" : isGood ? "" : " hold";
-  const said = facts.dry_run ? word("night_dry_run") : facts.may_drill ? word("night_drill") : word("night_hold");
+  const said = facts.dry_run ? word("night_dry_run") : facts.may_drill ? word("verdict_drill") : word("verdict_hold");
   const next = nextStep(facts);
   return element("div", { class: `verdict${kind}` },
     element("div", { class: "top" }, element("div", { class: "word" }, said), element("p", {}, facts.verdict)),
-    next && element("p", { class: "next" }, element("b", {}, word("night_next")), " ", next),
+    next && element("p", { class: "next" }, element("b", {}, word("next")), " ", next),
     nightTiles(facts));
 }
 
-/** Not as a ratio: what is predicted has wider tails than a normal distribution.
- * @param {any} step @param {any} axis */
+/** Not as a ratio: what is predicted has wider tails than a normal distribution. */
 function surpriseText(step, axis) {
   if (step.series[step.series.length - 1]?.fresh_start) return word("chart_event");
   if ([axis.new, axis.expected, axis.expected_sigma].includes(null)) return "\u2013";
@@ -101,47 +95,44 @@ function surpriseText(step, axis) {
     sigma: amount(axis.expected_sigma, axis.unit) });
 }
 
-/** @param {any} step */
 function axesTable(step) {
   if (!step.axes.length) return null;
-  const titles = ["night_old", "night_new", "night_sigma", "night_change", "night_off"];
+  const titles = ["night_old", "night_new", "sigma", "night_change", "night_off"];
   return table([{ title: word("night_axis") }, ...titles.map((title) => ({ title: word(/** @type {any} */ (title)), number: true }))],
-    step.axes.map((/** @type {any} */ axis) => [axis.name, absolute(axis.old, axis.unit), absolute(axis.new, axis.unit),
+    step.axes.map((axis) => [axis.name, absolute(axis.old, axis.unit), absolute(axis.new, axis.unit),
       amount(axis.sigma, axis.unit),
       axis.old === null || axis.new === null ? "\u2013" : amount(axis.new - axis.old, axis.unit, true),
       surpriseText(step, axis)]));
 }
 
-/** Charts of all axes over the nights, with their key.
- * @param {any} step @param {any} facts */
+/** Charts of all axes over the nights, with their key. */
 function stepCharts(step, facts) {
-  const charts = step.axes.map((/** @type {any} */ axis, /** @type {number} */ i) => nightsChart({
+  const charts = step.axes.map((axis, /** @type {number} */ i) => nightsChart({
     title: `${step.kind} ${step.subject}`, name: axis.name, unit: axis.unit, tolerance: step.tolerance,
     expected: axis.expected, expectedSigma: axis.expected_sigma,
-    found: step.series.map((/** @type {any} */ night) => ({
+    found: step.series.map((night) => ({
       time: night.time, value: night.value[i] ?? null, sigma: night.sigma[i], mark: night.refused ? "cross" : "filled",
-      state: night.refused ? word("chart_cross") : night.by_hand ? word("chart_by_hand") : word("night_state_installed"),
+      state: night.refused ? word("history_verdict_refused") : night.by_hand ? word("chart_by_hand") : word("night_state_installed"),
       who: night.asked_by || facts.asked_by, entry: night.ledger_id ?? step.ledger_id, inForce: night.in_force[i],
       alarm: night.alarm, freshStart: night.fresh_start,
     })),
   })).filter(Boolean);
   const holes = holesFigure(step);
   if (!charts.length) return holes && element("div", { class: "figures" }, holes);
-  const has = (/** @type {string} */ key) => step.series.some((/** @type {any} */ night) => night[key]);
+  const has = (/** @type {string} */ key) => step.series.some((night) => night[key]);
   const marks = ["filled", has("refused") && "cross", has("alarm") && "ring", "step", has("fresh_start") && "event",
-    step.tolerance && "limit", step.axes.some((/** @type {any} */ axis) => axis.expected !== null) && "band"];
+    step.tolerance && "limit", step.axes.some((axis) => axis.expected !== null) && "band"];
   return [element("h3", {}, word("night_last_nights", { n: whole(step.series.length) })),
     element("div", { class: "figures" }, charts, holes),
     nightsLegend(/** @type {string[]} */ (marks.filter(Boolean)))];
 }
 
-/** Holes of the coupon about the fit.
- * @param {any} step */
+/** Holes of the coupon about the fit. */
 function holesFigure(step) {
-  const holes = step.holes.filter((/** @type {any} */ hole) => ![...hole.place_mm, ...hole.residual_mm].includes(null));
+  const holes = step.holes.filter((hole) => ![...hole.place_mm, ...hole.residual_mm].includes(null));
   if (!holes.length) return null;
   return panelArrows({ label: word("night_holes"), mostHeight: 400,
-    places: holes.map((/** @type {any} */ hole) => {
+    places: holes.map((hole) => {
       const [x, y] = hole.residual_mm.map((/** @type {number} */ one) => fixed(1e3 * one, 2, { signed: true }));
       return { at_mm: hole.place_mm, vector_mm: hole.residual_mm, kind: hole.outlier ? "refused" : "",
         lines: [place(hole.place_mm), word("night_holes_off", { x, y, length: fixed(1e3 * Math.hypot(...hole.residual_mm), 2) }),
@@ -149,7 +140,6 @@ function holesFigure(step) {
     }) }, word("night_holes"));
 }
 
-/** @param {any} step */
 function stepReasons(step) {
   const isSaid = (/** @type {string} */ reason) => step.summary.includes(reason);
   const reasons = step.decision && step.decision.verdict !== "install" ? step.decision.reasons : [];
@@ -164,8 +154,7 @@ function stepReasons(step) {
   ];
 }
 
-/** The map that the night probed.
- * @param {any} surface */
+/** The map that the night probed. */
 function surfaceFigures(surface) {
   if (!surface) return null;
   const [zone] = surface.zones;
@@ -176,7 +165,6 @@ function surfaceFigures(surface) {
   element("p", { class: "quiet text" }, word("surface_map_text", { mm: millimetres(zone.max_extrapolation_mm, 1) }))];
 }
 
-/** @param {any} step */
 function smallPrint(step) {
   const texts = [step.ledger_id && word("night_entry", { id: step.ledger_id }),
     step.in_force_id && word("night_in_force", { id: step.in_force_id }),
@@ -188,23 +176,22 @@ function smallPrint(step) {
   ];
 }
 
-/** @param {any} step @param {number} i @param {any} facts */
+/** @param {number} i */
 function nightStep(step, i, facts) {
   const gates = step.decision?.gates ?? [];
   return section(`step-${i + 1}`, element("span", {}, `${step.kind} ${step.subject} `, stateChip(step.state)),
     step.summary && element("p", {}, step.summary), stepReasons(step), axesTable(step),
-    gates.length ? [element("h3", {}, word("night_gates")), checkList(gates.map((/** @type {any} */ gate) => ({
-      kind: gate.passed ? "good" : "refused", state: word(gate.passed ? "night_passed" : "night_refused"),
+    gates.length ? [element("h3", {}, word("gates")), checkList(gates.map((gate) => ({
+      kind: gate.passed ? "good" : "refused", state: word(gate.passed ? "night_passed" : "history_verdict_refused"),
       name: gate.name, text: gate.text })))] : null,
     step.qualities.length ? [element("h3", {}, word("night_qualities")),
-      checkList(step.qualities.map((/** @type {any} */ quality) => ({
+      checkList(step.qualities.map((quality) => ({
         kind: quality.alarm ? "refused" : "good", state: word(quality.alarm ? "night_unusual" : "night_usual"),
         name: quality.name, text: quality.text })))] : null,
     surfaceFigures(step.surface), stepCharts(step, facts), smallPrint(step));
 }
 
-/** The mark while the machine warmed up.
- * @param {any} warmUp */
+/** The mark while the machine warmed up. */
 function warmUpChart(warmUp) {
   const { looks, fit, limit_mm: limit } = warmUp;
   if (looks.length < 2) return null;
@@ -222,20 +209,16 @@ function warmUpChart(warmUp) {
   word("night_warm_up_caption"));
 }
 
-/** @param {any} facts */
 function nightProvenance(facts) {
-  const rows = [["night_started", facts.started], ["night_finished", facts.finished], ["night_asked_by", facts.asked_by],
+  const rows = [["night_started", facts.started], ["night_finished", facts.finished], ["asked_by", facts.asked_by],
     ["night_made_by", facts.software], ["night_machine_file", facts.config_file], ["night_ledger", facts.ledger_file],
     ["night_ledger_head", facts.ledger_head.id ? `${facts.ledger_head.id} ${facts.ledger_head.hash}` : ""]]
     .map(([key, value]) => [word(/** @type {any} */ (key)), value]);
-  return section("origin", word("night_origin"), element("dl", { class: "rows" },
-    [...rows, ...Object.entries(facts.provenance)].filter(([, value]) => value).map(([key, value]) =>
-      [element("dt", {}, key), element("dd", { class: "mono" }, value)])));
+  return section("origin", word("origin"), rowList([...rows, ...Object.entries(facts.provenance)]));
 }
 
 export const nightView = {
   facts: "night",
-  /** @param {any} facts */
   show(facts) {
     document.title = word("night_title", { night: facts.night, machine: facts.machine });
     const { warm_up: warmUp } = facts;
@@ -245,13 +228,13 @@ export const nightView = {
       section("changes", word("night_since_last_week"),
         textList(facts.changes) ?? element("p", { class: "quiet" }, word("night_nothing_to_compare"))),
       facts.notes.length ? section("notes", word("night_notes"), textList(facts.notes)) : null,
-      facts.steps.map((/** @type {any} */ step, /** @type {number} */ i) => nightStep(step, i, facts)),
+      facts.steps.map((step, /** @type {number} */ i) => nightStep(step, i, facts)),
       warmUp && section("warm-up", element("span", {}, word("night_warm_up"), " ", warmUp.warm
         ? chip("good", word("night_warm")) : chip("refused", word("night_not_known"))),
       element("p", {}, warmUp.text), warmUpChart(warmUp)),
       facts.checks.length ? section("self-test", word("night_self_test"), checkList(facts.checks.map(
-        (/** @type {any} */ check) => ({ kind: check.passed ? "good" : "refused",
-          state: word(check.passed ? "night_passed" : "night_failed"), name: check.name, text: check.text })))) : null,
+        (check) => ({ kind: check.passed ? "good" : "refused",
+          state: word(check.passed ? "night_passed" : "night_state_failed"), name: check.name, text: check.text })))) : null,
       nightProvenance(facts));
   },
 };

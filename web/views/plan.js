@@ -1,22 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // The plan of a program's targets: what their noise does to the holes, and what would help.
 import { colour } from "../base/colours.js";
-import { element, section, table, tile } from "../base/dom.js";
+import { element, number, rowList, section, table, tile } from "../base/dom.js";
 import { fixed, micrometres, millimetres, percent, place, whole } from "../base/format.js";
 import { greatestSigma } from "../base/leverage.js";
 import { word, wordOf } from "../base/words.js";
 import { inForce, leverageFigure, timesText, Trial } from "../figures/leverage_map.js";
-import { drawTour, extentOf, planeFigure, strokeMark, traceWay } from "../figures/plane.js";
+import { extentOf, Plane } from "../figures/plane.js";
 
 /** @typedef {import("../figures/plane.js").Point} Point */
-/** @typedef {import("../figures/plane.js").PlaneView} View */
 
 // Of longer lists the page shows the first; the facts have all.
 const mostErrorRows = 60;
 const reachOfStop_px = 12;
 
-/** "hole (10.000, 5.000) mm, line 17, T2, copy 0,1"
- * @param {any} at */
+/** "hole (10.000, 5.000) mm, line 17, T2, copy 0,1" */
 function placeText(at) {
   const parts = [place(at.nominal_mm), word("plan_line", { line: at.line })];
   if (at.file) parts.push(at.file);
@@ -25,9 +23,8 @@ function placeText(at) {
   return parts.join(", ");
 }
 
-/** @param {any} series */
 function seriesTitle(series) {
-  const lines = series.targets.map((/** @type {any} */ one) => one.line);
+  const lines = series.targets.map((one) => one.line);
   const path = series.targets[0]?.path;
   return word(series.level === "base" ? "plan_panel" : "plan_board", {
     copy: path ? ` [${path.join(",")}]` : "", n: series.targets.length, model: wordOf("model", series.model),
@@ -35,9 +32,7 @@ function seriesTitle(series) {
   });
 }
 
-/** What stands in the series' place among the others.
- * @param {any} facts
- * @param {any} series */
+/** What stands in the series' place among the others. */
 function seriesNote(facts, series) {
   if (series.places_are === "targets") return word("plan_serves_targets");
   if (series.level === "base" || facts.nested_series < 2) return null;
@@ -46,26 +41,21 @@ function seriesNote(facts, series) {
   return word("plan_worst_board", { n: facts.nested_series, others: facts.like_worst - 1 });
 }
 
-/** The size of an error of one target from which on it is noticed, where that is largest.
- * @param {any} error */
+/** The size of an error of one target from which on it is noticed, where that is largest. */
 function noticedText(error) {
   if (!error) return "\u2013";
   return error.noticed_from_um === null ? word("plan_never_noticed") : micrometres(error.noticed_from_um);
 }
 
-/**
- * @param {any} facts
- * @param {any} series
- */
 function seriesTiles(facts, series) {
   const model = inForce(series);
-  const latest = series.targets.map((/** @type {any} */ one) => one.error).filter(Boolean)
-    .reduce((/** @type {any} */ most, /** @type {any} */ one) => (most === null || most.noticed_from_um === null ? most ?? one :
+  const latest = series.targets.map((one) => one.error).filter(Boolean)
+    .reduce((most, one) => (most === null || most.noticed_from_um === null ? most ?? one :
       one.noticed_from_um === null || one.noticed_from_um > most.noticed_from_um ? one : most), null);
-  const best = series.additions.find((/** @type {any} */ one) => one.determined);
+  const best = series.additions.find((one) => one.determined);
   const hasPlaces = series.places > 0;
   return element("dl", { class: "tiles" },
-    model.determined && hasPlaces ? tile(word("plan_worst_tile"), timesText(model.worst_leverage),
+    model.determined && hasPlaces ? tile(word("worst_place"), timesText(model.worst_leverage),
       `${micrometres(model.worst_um, 2)}; ${placeText(model.worst_at)}`) : null,
     model.determined && hasPlaces ? tile(word("plan_total_tile"), micrometres(model.total_um, 2),
       word("plan_mean_tile", { mean: timesText(model.mean_leverage) })) : null,
@@ -81,13 +71,12 @@ function seriesTiles(facts, series) {
       word("plan_best_text", { n: best.pads.length, places: best.pads.map(placeText).join("; "), model: wordOf("model", best.model) })) : null);
 }
 
-/** @param {any} series */
 function modelTable(series) {
-  const columns = [{ title: word("plan_model") }, { title: word("plan_dof"), number: true },
-    { title: word("plan_worst_column"), number: true }, { title: "\u00b5m", number: true },
-    { title: word("plan_total_column"), number: true }, { title: word("plan_mean_column"), number: true },
-    { title: word("plan_noticed_column"), number: true }, { title: word("plan_where_column") }];
-  return table(columns, series.models.map((/** @type {any} */ one) => {
+  const columns = [{ title: word("model") }, number(word("plan_dof")),
+    number(word("plan_worst_column")), number("\u00b5m"),
+    number(word("plan_total_column")), number(word("plan_mean_column")),
+    number(word("plan_noticed_column")), { title: word("plan_where_column") }];
+  return table(columns, series.models.map((one) => {
     const name = one.model === series.model ? element("b", {}, `\u25b8\u00a0${wordOf("model", one.model)}`) : wordOf("model", one.model);
     if (!one.determined) return [name, "\u2013", "", "", "", "", "", wordOf("plan_reason", one.reason)];
     const isEven = one.worst_leverage <= one.mean_leverage * (1 + 1e-9);
@@ -97,19 +86,15 @@ function modelTable(series) {
   }));
 }
 
-/**
- * What a wrong target does, and from which size it is noticed.
- * @param {any} facts
- * @param {any} series
- */
+/** What a wrong target does, and from which size it is noticed. */
 function errorTable(facts, series) {
-  if (!series.targets.some((/** @type {any} */ one) => one.error)) return null;
+  if (!series.targets.some((one) => one.error)) return null;
   const trial = new Trial(facts, series);
-  const share = (/** @type {any} */ tried) => (tried ? percent(tried.named / tried.cases, 0) : "\u2013");
-  const columns = [{ title: word("plan_error_of") }, { title: word("plan_noticed_column"), number: true },
-    { title: word("plan_noticed_by") }, { title: word("plan_moves_column"), number: true },
-    { title: word("plan_named_column"), number: true }, { title: word("plan_named_twice"), number: true }];
-  const rows = series.targets.slice(0, mostErrorRows).map((/** @type {any} */ one, /** @type {number} */ i) => {
+  const share = (tried) => (tried ? percent(tried.named / tried.cases, 0) : "\u2013");
+  const columns = [{ title: word("target") }, number(word("plan_noticed_column")),
+    { title: word("plan_noticed_by") }, number(word("plan_moves_column")),
+    number(word("plan_named_column")), number(word("plan_named_twice"))];
+  const rows = series.targets.slice(0, mostErrorRows).map((one, /** @type {number} */ i) => {
     const { most_um, isNoticed } = trial.shiftOf(i);
     return [placeText(one), noticedText(one.error), one.error?.noticed_by ? wordOf("gate", one.error.noticed_by) : "\u2013",
       isNoticed && series.places > 0 ? micrometres(most_um) : "\u2013", share(one.error?.at_once), share(one.error?.at_twice)];
@@ -119,11 +104,7 @@ function errorTable(facts, series) {
     series.targets.length > mostErrorRows ? element("p", { class: "quiet" }, word("plan_more", { n: series.targets.length - mostErrorRows })) : null];
 }
 
-/**
- * @param {any} facts
- * @param {any} series
- * @param {number} i
- */
+/** @param {number} i */
 function seriesSection(facts, series, i) {
   const model = inForce(series), note = seriesNote(facts, series);
   return section(`series-${i}`, seriesTitle(series), note ? element("p", { class: "quiet" }, note) : null,
@@ -134,8 +115,7 @@ function seriesSection(facts, series, i) {
     element("h3", {}, word("plan_models")), modelTable(series), errorTable(facts, series));
 }
 
-/** Why there is no further pad, or how far the search went.
- * @param {any} series */
+/** Why there is no further pad, or how far the search went. */
 function additionTexts(series) {
   const out = [];
   if (series.has_slots) out.push(word("plan_no_slots"));
@@ -152,23 +132,20 @@ function additionTexts(series) {
   return out;
 }
 
-/** @param {any} facts */
 function visitSection(facts) {
   const { visits } = facts;
   const n = visits.x_mm.length;
   if (n < 2) return null;
   const places = /** @type {Point[]} */ (visits.x_mm.map((/** @type {number} */ x, /** @type {number} */ i) => [x, visits.y_mm[i]]));
   let order = visits.free;
-  const figure = planeFigure({
+  const figure = new Plane({
     extent: extentOf(places), label: word("plan_visits"), most_px: 480,
-    draw: (context, view) => {
-      context.setLineDash([2, 5]);
-      strokeMark(context, colour("quiet"), () => traceWay(context, view, places), 1.4);
-      context.setLineDash([]);
-      drawTour(context, view, order.map((/** @type {number} */ i) => places[i]));
+    draw: (plane) => {
+      plane.stroke(colour("quiet"), () => plane.traceWay(places), 1.4, [2, 5]);
+      plane.drawTour(order.map((/** @type {number} */ i) => places[i]));
     },
-    hint: (at, view) => {
-      const k = order.findIndex((/** @type {number} */ i) => Math.hypot(places[i][0] - at[0], places[i][1] - at[1]) < reachOfStop_px / view.scale);
+    hint: (at, plane) => {
+      const k = order.findIndex((/** @type {number} */ i) => Math.hypot(places[i][0] - at[0], places[i][1] - at[1]) < reachOfStop_px / plane.scale);
       return k < 0 ? null : [word("plan_stop", { k: k + 1, line: visits.line[order[k]], seq: order[k] }), place(places[order[k]])];
     },
   });
@@ -185,7 +162,6 @@ function visitSection(facts) {
     element("figure", {}, element("div", { class: "controls" }, choose), figure.node, element("figcaption", {}, word("plan_visits_text"))));
 }
 
-/** @param {any} facts */
 function noiseText(facts) {
   const { noise } = facts;
   const machine_um = greatestSigma(noise.hole_um2);
@@ -199,9 +175,8 @@ function noiseText(facts) {
 
 export const planView = {
   facts: "plan",
-  /** @param {any} facts */
   show(facts) {
-    const shown = facts.series.filter((/** @type {any} */ one) => one.level === "base").length;
+    const shown = facts.series.filter((one) => one.level === "base").length;
     return element("div", {}, element("h1", {}, word("plan_title"), " ", element("b", {}, facts.program),
       facts.machine ? [" ", word("plan_on"), " ", element("b", {}, facts.machine)] : null),
     section("noise", word("plan_knows"), element("p", { class: "text" }, noiseText(facts)),
@@ -209,9 +184,8 @@ export const planView = {
       facts.uncorrected > 0 && facts.series.length > 0 ? element("p", {}, word("plan_uncorrected", { n: whole(facts.uncorrected) })) : null,
       facts.own_target > 0 ? element("p", {}, word("plan_own_target", { n: whole(facts.own_target) })) : null,
       facts.base_series > shown ? element("p", {}, word("plan_left_out", { n: facts.base_series - shown })) : null),
-    facts.series.map((/** @type {any} */ series, /** @type {number} */ i) => seriesSection(facts, series, i)),
+    facts.series.map((series, /** @type {number} */ i) => seriesSection(facts, series, i)),
     visitSection(facts),
-    section("provenance", word("provenance"), element("dl", { class: "rows" }, facts.provenance.map((/** @type {[string, string]} */ [name, value]) =>
-      [element("dt", {}, name), element("dd", { class: "mono" }, value)]))));
+    section("provenance", word("origin"), rowList(facts.provenance)));
   },
 };

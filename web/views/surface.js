@@ -2,23 +2,20 @@
 // What `panelcal surface` states: a map of heights, the difference of two, or where to probe.
 import { colour, differenceColour } from "../base/colours.js";
 import { columnOf, wordsOf } from "../base/columns.js";
-import { element, section, table, tile } from "../base/dom.js";
+import { element, rowList, section, table, tile, unfolding } from "../base/dom.js";
 import { fixed, micrometres, millimetres, percent, place, probability, whole, withSigma } from "../base/format.js";
 import { word } from "../base/words.js";
 import { fieldAt, fieldOf } from "../figures/field.js";
-import { drawDots, drawTour, strokeMark } from "../figures/plane.js";
 import { drawBlanks, drawCrosses, drawProbes, fieldFigure, fromLowToHigh, residualFigure, spaceFigure, zoneFigure } from "../figures/surface_map.js";
 
 /** @typedef {import("../figures/plane.js").Point} Point */
 
-/** "probes.jsonl:13"
- * @param {any} probe */
+/** "probes.jsonl:13" */
 const readAt = (probe) => (probe.file ? `${probe.file}:${probe.line}` : "");
 
 /** @param {Record<string, unknown>[] | string[]} names */
-const columnsOf = (...names) => names.map((name) => ({ title: word(/** @type {any} */ (name)), number: !["surface_probe", "surface_read_at", "surface_why"].includes(String(name)) }));
+const columnsOf = (...names) => names.map((name) => ({ title: word(/** @type {any} */ (name)), number: !["probe", "surface_read_at", "why"].includes(String(name)) }));
 
-/** @param {any} zone */
 function zoneTiles(zone) {
   const { lowest, highest, worst_sigma: worst } = zone;
   return element("dl", { class: "tiles" },
@@ -31,36 +28,24 @@ function zoneTiles(zone) {
     tile(word("surface_lattice_tile"), micrometres(zone.lattice_error_um, 2), word("surface_lattice_text")));
 }
 
-/** @param {any} zone */
 function leftOutTable(zone) {
   if (zone.left_out.length === 0) return element("p", {}, word("surface_none_left_out"));
   return [element("h3", {}, word("surface_left_out")),
-    table(columnsOf("surface_probe", "surface_read_at", "surface_place", "surface_height", "surface_deviation", "surface_in_sigmas", "surface_chance"),
-      zone.left_out.map((/** @type {any} */ one) => [one.name, readAt(one), place(one.place_mm), fixed(one.height_mm, 4),
+    table(columnsOf("probe", "surface_read_at", "surface_place", "height_mm", "surface_deviation", "history_sigmas", "surface_chance"),
+      zone.left_out.map((one) => [one.name, readAt(one), place(one.place_mm), fixed(one.height_mm, 4),
         fixed(one.deviation_mm, 4, { signed: true }), fixed(Math.abs((1e3 * one.deviation_mm) / one.sigma_um), 1), probability(one.chance)]))];
 }
 
-/** @param {any} zone */
 function keptTable(zone) {
   const { kept } = zone, names = wordsOf(kept.name), files = wordsOf(kept.file);
   const [x_mm, y_mm, height_mm, residual_um, deviation_um, chance, line] =
     ["x_mm", "y_mm", "height_mm", "residual_um", "deviation_um", "chance", "line"].map((key) => columnOf(kept[key]));
-  const details = element("details", {}, element("summary", {}, word("surface_all_probes", { n: whole(names.length) })));
-  // Rows of thousands of probes are made when they are asked for.
-  details.addEventListener("toggle", () => {
-    if (details.children.length > 1) return;
-    details.append(table(columnsOf("surface_probe", "surface_read_at", "surface_place", "surface_height", "surface_off_surface", "surface_off_others", "surface_chance"),
-      names.map((name, i) => [name, readAt({ file: files[i], line: line[i] }), place([x_mm[i], y_mm[i]]), fixed(height_mm[i], 4),
-        fixed(residual_um[i], 2, { signed: true }), fixed(deviation_um[i], 2, { signed: true }), probability(chance[i])])));
-  });
-  return details;
+  return unfolding(word("surface_all_probes", { n: whole(names.length) }), () => table(columnsOf("probe", "surface_read_at", "surface_place", "height_mm", "surface_off_surface", "surface_off_others", "surface_chance"),
+    names.map((name, i) => [name, readAt({ file: files[i], line: line[i] }), place([x_mm[i], y_mm[i]]), fixed(height_mm[i], 4),
+      fixed(residual_um[i], 2, { signed: true }), fixed(deviation_um[i], 2, { signed: true }), probability(chance[i])])));
 }
 
-/**
- * @param {any} facts
- * @param {any} zone
- * @param {number} i
- */
+/** @param {number} i */
 function zoneSection(facts, zone, i) {
   const heights = fieldOf(zone.field, zone.field.height_mm), sigmas = fieldOf(zone.field, zone.field.sigma_um);
   const all = { zone, facts, heights, sigmas };
@@ -76,27 +61,24 @@ function zoneSection(facts, zone, i) {
  * Probes that make no surface, and why.
  * @param {string} id
  * @param {"surface_unused" | "surface_missing"} title
- * @param {any[]} probes
  */
 function refusedSection(id, title, probes) {
-  return probes.length === 0 ? null : section(id, word(title), table(columnsOf("surface_probe", "surface_read_at", "surface_place", "surface_why"),
+  return probes.length === 0 ? null : section(id, word(title), table(columnsOf("probe", "surface_read_at", "surface_place", "why"),
     probes.map((one) => [one.name, readAt(one), place(one.place_mm), one.reason])));
 }
 
-/** @param {any} facts */
 function mapPage(facts) {
   const { voids } = facts, round = columnOf(voids.circles.x_mm).length, routed = voids.tracks.length;
   return [element("h1", {}, word("surface_map_title"), " ", element("b", {}, facts.map)),
-    facts.zones.map((/** @type {any} */ zone, /** @type {number} */ i) => zoneSection(facts, zone, i)),
+    facts.zones.map((zone, /** @type {number} */ i) => zoneSection(facts, zone, i)),
     voids.count === 0 ? null : section("voids", word("surface_voids"), element("p", {}, word("surface_voids_text", {
       n: whole(voids.count), round: whole(round), routed: whole(routed), other: whole(voids.count - round - routed), mm: millimetres(voids.margin_mm, 2) }))),
     refusedSection("unused", "surface_unused", facts.unused), refusedSection("missing", "surface_missing", facts.missing)];
 }
 
-/** @param {any} facts */
 export function differencePage(facts) {
-  const chance = (/** @type {any} */ part) => word(part.chance < 0.01 ? "surface_part_changed" : "surface_part_scatter", { chance: probability(part.chance) });
-  const one = (/** @type {any} */ name, /** @type {any} */ value, /** @type {string} */ unit, /** @type {any} */ part) =>
+  const chance = (part) => word(part.chance < 0.01 ? "surface_part_changed" : "surface_part_scatter", { chance: probability(part.chance) });
+  const one = (name, value, /** @type {string} */ unit, part) =>
     value ? tile(word(name), withSigma(value.value, value.sigma, unit), chance(part)) : null;
   const field = fieldOf(facts.field, facts.field.difference_um);
   const places = facts.common_mm;
@@ -114,11 +96,10 @@ export function differencePage(facts) {
     section("difference", word("surface_difference"), fieldFigure({
       field, outline: places, title: "", label: word("surface_difference"), unit: "\u00b5m", n_levels: 9, isSymmetric: true,
       caption: word("surface_difference_text"), paint: (value, low, high) => differenceColour(value / high),
-      over: (context, view) => {
-        drawProbes(context, view, facts.probes_before_mm, true);
-        drawProbes(context, view, facts.probes_after_mm);
-        const [x, y] = facts.greatest_at_mm;
-        strokeMark(context, colour("bad"), () => context.arc(view.x(x), view.y(y), 10, 0, 7), 2.2);
+      over: (plane) => {
+        drawProbes(plane, facts.probes_before_mm, true);
+        drawProbes(plane, facts.probes_after_mm);
+        plane.stroke(colour("bad"), () => plane.traceCircle(facts.greatest_at_mm, 10), 2.2);
       },
       hint: (at) => {
         const value = fieldAt(field, at);
@@ -127,12 +108,11 @@ export function differencePage(facts) {
     }))];
 }
 
-/** @param {any} facts */
 function planPage(facts) {
   const field = fieldOf(facts.field, facts.field.sigma_um), stops = /** @type {Point[]} */ (facts.probes_mm);
   const y_mm = columnOf(facts.pictured_places.y_mm), x_mm = columnOf(facts.pictured_places.x_mm);
   const values = { n: whole(stops.length), um: micrometres(facts.tolerance_um, 2), places: whole(facts.places) };
-  const sigma = (/** @type {any} */ worst) => micrometres(worst.sigma_um, 2);
+  const sigma = (worst) => micrometres(worst.sigma_um, 2);
   return [element("h1", {}, word("surface_plan_title")),
     element("div", { class: `verdict ${facts.reached ? "" : "hold"}` },
       element("p", {}, !facts.reached ? `${word("surface_plan_unreached", values)} ${facts.reason}` :
@@ -145,11 +125,11 @@ function planPage(facts) {
     section("sigma", word("surface_planned_sigma"), fieldFigure({
       field, outline: facts.outline_mm, title: "", label: word("surface_planned_sigma"), unit: "\u00b5m", n_levels: 6,
       isCounted: (i) => facts.field.source[i] !== "b", paint: fromLowToHigh, caption: word("surface_plan_text", { belief: facts.belief }),
-      over: (context, view) => {
-        drawBlanks(context, view, facts.voids, facts.border_mm);
-        drawDots(context, view, x_mm, y_mm, 0.6);
-        drawProbes(context, view, facts.present_mm, true);
-        drawTour(context, view, stops);
+      over: (plane) => {
+        drawBlanks(plane, facts.voids, facts.border_mm);
+        plane.drawDots(x_mm, y_mm, 0.6);
+        drawProbes(plane, facts.present_mm, true);
+        plane.drawTour(stops);
       },
       hint: (at) => {
         const value = fieldAt(field, at);
@@ -163,11 +143,9 @@ const surfacePages = /** @type {Record<string, (facts: any) => any>} */ ({ fit: 
 
 export const surfaceView = {
   facts: "surface",
-  /** @param {any} facts */
   show(facts) {
     const page = surfacePages[facts.command];
     return element("div", {}, page ? page(facts) : element("p", {}, word("surface_other")),
-      section("provenance", word("provenance"), element("dl", { class: "rows" }, (facts.provenance ?? []).map((/** @type {[string, string]} */ [name, value]) =>
-        [element("dt", {}, name), element("dd", { class: "mono" }, value)]))));
+      section("provenance", word("origin"), rowList(facts.provenance ?? [])));
   },
 };
