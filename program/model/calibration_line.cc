@@ -21,7 +21,7 @@ struct CalibrationLine {
 
 #include "program/model/calibration.def"
 
-CalibrationLine written(const CalibrationOrder& order) {
+CalibrationLine written_order(const CalibrationOrder& order) {
   CalibrationLine line;
   line.request = order;
   line.request.file = without_folders(order.file);
@@ -68,11 +68,11 @@ namespace panelcal {
 
 std::string to_json(const CalibrationOrder& order) {
   return internal::json_text(
-      internal::kOrderLine, internal::written(order), internal::JsonStyle::Line);
+      internal::kOrderLine, internal::written_order(order), internal::JsonStyle::Line);
 }
 
 std::string to_json(const CalibrationAnswer& answer) {
-  internal::CalibrationLine line = internal::written(answer.order);
+  internal::CalibrationLine line = internal::written_order(answer.order);
   line.text = answer.text;
   if (answer.offset) {
     const Eigen::Matrix2d& cov_mm2 = answer.offset->cov_mm2;

@@ -55,7 +55,7 @@ std::optional<ObservedAxes> axes_of_word(std::string_view word) {
 #include "program/model/measurement.def"
 
 /// Focusing has no seq, and needs no vision tool.
-MeasurementLine written(const MeasurementRequest& request) {
+MeasurementLine written_request(const MeasurementRequest& request) {
   MeasurementLine line;
   line.request = request;
   line.request.file = without_folders(request.file);
@@ -70,7 +70,7 @@ MeasurementLine written(const MeasurementRequest& request) {
   return line;
 }
 
-std::array<double, 3> written(const Eigen::Matrix2d& cov) {
+std::array<double, 3> written_covariance(const Eigen::Matrix2d& cov) {
   return {cov(0, 0), cov(0, 1), cov(1, 1)};
 }
 
@@ -83,7 +83,7 @@ bool lists_more_than_found(const Measurement& measurement) {
 void write_candidates(const Measurement& measurement, MeasurementLine& line) {
   for (const MeasuredCandidate& c : measurement.candidates) {
     const Eigen::Vector2d& at_mm = c.place.position.in_mm();
-    const auto [xx, xy, yy] = written(c.place.cov);
+    const auto [xx, xy, yy] = written_covariance(c.place.cov);
     line.candidates.insert(line.candidates.end(),
                            {at_mm.x(), at_mm.y(), xx, xy, yy, c.score, c.counts ? 1.0 : 0.0});
     get_matrix(c.by_camera, line.candidates_by_camera);
@@ -205,15 +205,15 @@ namespace panelcal {
 
 std::string to_json(const MeasurementRequest& request) {
   return internal::json_text(
-      internal::kRequestLine, internal::written(request), internal::JsonStyle::Line);
+      internal::kRequestLine, internal::written_request(request), internal::JsonStyle::Line);
 }
 
 std::string to_json(const Measurement& measurement) {
-  internal::MeasurementLine line = internal::written(measurement.request);
+  internal::MeasurementLine line = internal::written_request(measurement.request);
   line.answer = measurement;
   if (measurement.status == MeasurementStatus::Found) {
     line.measured = measurement.measured.position;
-    line.cov = internal::written(measurement.measured.cov);
+    line.cov = internal::written_covariance(measurement.measured.cov);
   } else {
     line.answer.by_camera.reset();
   }

@@ -15,7 +15,7 @@ std::string_view probe_status_name(ProbeStatus status) {
 
 #include "program/walk/probe.def"
 
-ProbeLine written(const ProbeRequest& request) {
+ProbeLine written_probe(const ProbeRequest& request) {
   ProbeLine line;
   line.request = request;
   line.request.file = without_folders(request.file);
@@ -52,11 +52,11 @@ namespace panelcal {
 
 std::string to_json(const ProbeRequest& request) {
   return internal::json_text(
-      internal::kProbeRequestLine, internal::written(request), internal::JsonStyle::Line);
+      internal::kProbeRequestLine, internal::written_probe(request), internal::JsonStyle::Line);
 }
 
 std::string to_json(const ProbeReading& reading) {
-  internal::ProbeLine line = internal::written(reading.request);
+  internal::ProbeLine line = internal::written_probe(reading.request);
   line.status = reading.status;
   line.reason = reading.reason;
   const auto text = [&] {

@@ -62,7 +62,7 @@ bool take_text(const Field& field, const json& value, std::string& out) {
   return field.kind != FieldKind::Text || field.expected.empty() || !out.empty();
 }
 
-bool take(const Field& field, const json& value, FieldValue& out) {
+bool take_value(const Field& field, const json& value, FieldValue& out) {
   switch (field.kind) {
     case FieldKind::Any:
       return true;
@@ -129,7 +129,7 @@ Expected<bool> put_value(const Field& field, const json& value, void* object) {
   FieldValue out;
   if (value.is_null() && field.is_optional) {
     out.is_off = true;
-  } else if (!take(field, value, out)) {
+  } else if (!take_value(field, value, out)) {
     return false;
   }
   return field.store == nullptr || field.store(object, out);

@@ -21,7 +21,7 @@ Json number_schema(const Range& range) {
 }
 
 /// The texts in quotes: `"bright" or "dark"`.
-Json words_of(std::string_view expected) {
+Json listed_words(std::string_view expected) {
   Json words = Json::array();
   for (auto open = expected.find('"'); open != expected.npos; open = expected.find('"', open + 1)) {
     const std::size_t begin = open + 1;
@@ -80,7 +80,7 @@ Json value_schema(const Field& field) {
       return list_schema(field.has_gaps ? or_null(number) : number, field.n_rows);
     }
     case FieldKind::Word:
-      return {{"type", "string"}, {"enum", words_of(field.expected)}};
+      return {{"type", "string"}, {"enum", listed_words(field.expected)}};
     case FieldKind::Text:
     case FieldKind::Form:
       return {{"type", "string"}, {"minLength", field.expected.empty() ? 0 : 1}};
