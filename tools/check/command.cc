@@ -96,7 +96,7 @@ std::string check_facts(const CheckOptions& options,
   if (checked != nullptr) {
     const Tally& tally = checked->passing.tally;
     job = {{"language", name(checked->program.dialect)},
-           {"reading", reading(checked->program)},
+           {"reading", checked->program.head->reading()},
            {"tools", facts::tools_json(tally)},
            {"n_holes", tally.n_holes()},
            {"n_slots", tally.n_slots()},
