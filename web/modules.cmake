@@ -26,6 +26,7 @@ set(PANELCAL_WEB_MODULES
     views/job.js
     views/plan.js
     views/surface.js
+    views/calibration.js
     views/history.js
     views/night.js
     main.js)

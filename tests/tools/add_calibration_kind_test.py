@@ -107,9 +107,10 @@ def add_kind(root, overlay):
 def build(root, overlay, build_folder):
     """The program with the toy kind; everything else as it was built."""
     toy = add_kind(root, overlay)
-    tables = [root / "calib/ledger/entry/entry.cc", root / "machine/calibrate/kinds/kinds.cc"]
+    tables = [root / "machine/calibrate/kinds/kinds.cc", root / "calib/ledger/entry/entry.cc",
+              root / "calib/ledger/entry/entry_text.cc"]
     commands = json.loads((build_folder / "compile_commands.json").read_text(encoding="utf-8"))
-    [own] = [entry for entry in commands if Path(entry["file"]) == tables[1]]
+    [own] = [entry for entry in commands if Path(entry["file"]) == tables[0]]
     words = shlex.split(own["command"])
     begin = words[:words.index("-o")]
     compiler = next(i for i, word in enumerate(begin) if not word.endswith("ccache")) + 1

@@ -15,7 +15,10 @@ import tempfile
 from pathlib import Path
 
 PANELCAL = str(Path(sys.argv[1]).resolve())
-FIXTURES = Path(sys.argv[2]).resolve() / "tests" / "golden" / "fixtures"
+ROOT = Path(sys.argv[2]).resolve()
+FIXTURES = ROOT / "tests" / "golden" / "fixtures"
+sys.path.insert(0, str(ROOT / "tests" / "support"))
+from facts import checked, in_page  # noqa: E402
 MACHINE = """[machine]
 name = "drill 1"
 [ledger]
@@ -59,6 +62,10 @@ def calibrate(what, *words, code=0):
     return done.stdout
 
 
+def facts(what, *words, code=0):
+    return checked(json.loads(calibrate(what, *words, "--json", "-", code=code)), ROOT)
+
+
 def entries():
     database = sqlite3.connect("file:drill1.ledger?mode=ro", uri=True)
     rows = database.execute("SELECT content, result FROM ledger_entry ORDER BY id").fetchall()
@@ -73,15 +80,17 @@ def cameras():
 
     # A stage that comes back within 8 um, not 1: refused, recorded, not installed.
     Path("machine.toml").write_text(SHAKY)
-    answer = json.loads(calibrate("camera", *mark, "--json", code=1))
-    assert "the limit is 5 um" in answer["refusal"] and answer["ledger"] == 1, answer
+    answer = facts("camera", *mark, code=1)
+    assert "the limit is 5 um" in answer["objection"] and answer["ledger_entry"] == 1, answer
+    assert answer["verdict"] == "refused", answer["verdict"]
     (entry, _), = entries()
-    assert entry["verdict"] == "refused" and entry["reason"] == answer["refusal"]
+    assert entry["verdict"] == "refused" and entry["reason"] == answer["objection"]
     assert Path("camera.cal.json").read_text() == before
 
     Path("machine.toml").write_text(MACHINE)
-    answer = json.loads(calibrate("camera", *mark, "--json", "--reason", "new lens"))
-    assert "refusal" not in answer and answer["ledger"] == 2, answer
+    answer = facts("camera", *mark, "--reason", "new lens")
+    assert answer["verdict"] == "installed" and answer["ledger_entry"] == 2, answer
+    assert answer["objection"] == "" and len(answer["camera"]["residuals"]) == 25, answer
     entry, result = entries()[1]
     assert entry["verdict"] == "installed" and entry["reason"] == "new lens"
     assert entry["subject"] == "camera" and entry["asked_by"] == "Ann"
@@ -97,7 +106,8 @@ def cameras():
     Path("machine.toml").write_text(SHAKY)
     calibrate("camera", *source, "-o", "shaky.cal.json", code=1)
     assert not Path("shaky.cal.json").exists()
-    calibrate("camera", *source, "-o", "shaky.cal.json", "--force")
+    forced = facts("camera", *source, "-o", "shaky.cal.json", "--force")
+    assert forced["verdict"] == "written" and "the limit is 5 um" in forced["objection"], forced
     assert Path("shaky.cal.json").exists() and len(entries()) == 2
     Path("machine.toml").write_text(MACHINE)
 
@@ -125,15 +135,15 @@ def tables():
     source = ("--plate", "plate.toml", "--measurements", "looks.jsonl", "--install")
 
     write_looks(looks(0.05))
-    answer = json.loads(calibrate("table", *source, "--json", "-o", "table.cal.json", code=1))
-    assert "the limit is" in answer["refusal"], answer
+    answer = facts("table", *source, "-o", "table.cal.json", code=1)
+    assert "the limit is" in answer["objection"], answer
     assert entries()[-1][0]["verdict"] == "refused" and not Path("table.cal.json").exists()
 
     # One dot that dirt covers in part: left out, and the rest is as good as it was.
     lines = looks(0.001)
     lines[40]["seen"][0] += 0.2
     write_looks(lines)
-    text = calibrate("table", *source, "-o", "table.cal.json")
+    text = calibrate("table", *source, "-o", "table.cal.json", "--report", "table.html")
     assert "without dot 40 from" in text and "does not apply this map" in text, text
     assert len(entries()) == n_before + 2
     entry, result = entries()[-1]
@@ -143,6 +153,22 @@ def tables():
     scale_x = json.loads(result)["geometry"]["scale_x"]
     # 1 um in each of 81 looks over 240 mm leaves 1.6 ppm of a scale.
     assert abs(scale_x - 1e-4) < 8e-6, scale_x
+    check_map(checked(in_page("table.html"), ROOT)["table"])
+
+
+def check_map(part):
+    """Of the true table: 100 ppm in x, nothing in y; where it lies is convention."""
+    assert len(part["residuals"]) == 80 and len(part["left_out"]) == 1, part
+    shown = part["map"]
+    assert shown["columns"] * shown["rows"] == len(shown["error_um"]) == len(shown["covariance_um2"])
+    width_mm = shown["step_mm"][0] * (shown["columns"] - 1)
+    assert abs(width_mm - 240) < 1e-9, width_mm
+    for row in range(shown["rows"]):
+        first, last = (shown["error_um"][row * shown["columns"] + i] for i in (0, shown["columns"] - 1))
+        # Ten sigmas of a corner, as the map itself states them.
+        sigma_um = shown["covariance_um2"][0][0] ** 0.5
+        assert abs(last[0] - first[0] - 0.1 * width_mm) < 10 * sigma_um < 10, (row, first, last, sigma_um)
+        assert abs(last[1] - first[1]) < 10 * sigma_um, (row, first, last)
 
 
 if __name__ == "__main__":

@@ -16,7 +16,10 @@ import tempfile
 from pathlib import Path
 
 PANELCAL = str(Path(sys.argv[1]).resolve())
-FIXTURES = Path(sys.argv[2]).resolve() / "tests" / "golden" / "fixtures"
+ROOT = Path(sys.argv[2]).resolve()
+FIXTURES = ROOT / "tests" / "golden" / "fixtures"
+sys.path.insert(0, str(ROOT / "tests" / "support"))
+from facts import checked  # noqa: E402
 MACHINE = """[machine]
 name = "drill 1"
 LEDGER
@@ -67,6 +70,12 @@ def calibrate(what, *words, code=0):
     return panelcal("calibrate", what, "-m", "machine.toml", *MARK, *words, code=code)
 
 
+def facts(what, *words, code=0):
+    """The document, and the part of its kind."""
+    document = checked(json.loads(calibrate(what, "--json", "-", *words, code=code)), ROOT)
+    return document, document[what]
+
+
 def history(*words, code=0):
     return panelcal("history", *words, "-l", "drill1.ledger", code=code)
 
@@ -87,9 +96,11 @@ def in_force():
 def focus():
     write_machine()
     install = ("--install", "--by", "Ann", "--reason", "new lens")
-    answer = json.loads(calibrate("focus", "--json", *install))
+    document, answer = facts("focus", *install)
     assert abs(answer["z_mm"] - 0.137) < 5 * answer["sigma_mm"] < 0.1, answer
-    assert answer["ledger"] == 1 and "says no focus_mm" in answer["stated_otherwise"], answer
+    assert document["verdict"] == "installed" and document["ledger_entry"] == 1, document
+    assert document["parameters"] == [{"name": "height", "value": answer["z_mm"], "unit": "mm"}], document
+    assert "says no focus_mm" in answer["stated_otherwise"], answer
     (entry, result), = entries()
     assert entry["kind"] == "focus" and entry["subject"] == "camera", entry
     assert entry["verdict"] == "installed" and entry["reason"] == "new lens"
@@ -118,8 +129,9 @@ def focus():
     assert "write [camera] focus_mm = 0.6" in calibrate("focus")
 
     # No peak: recorded as refused, and nothing of what is in force changes.
-    answer = json.loads(calibrate("focus", "--json", "--range", "-1,-0.5", *install, code=1))
-    assert not answer["found"] and answer["ledger"] == 4, answer
+    document, answer = facts("focus", "--range", "-1,-0.5", *install, code=1)
+    assert not answer["found"] and document["ledger_entry"] == 4, document
+    assert document["verdict"] == "refused" and document["objection"] == answer["reason"], document
     assert entries()[3][0]["verdict"] == "refused" and in_force() == [("focus", 3)]
 
 
@@ -139,7 +151,7 @@ def asked_of_history():
 def light():
     n_before = len(entries())
     write_machine(camera="lamp = 20")
-    answer = json.loads(calibrate("light", "--json", "--install", "--by", "Ann"))
+    _, answer = facts("light", "--install", "--by", "Ann")
     # The disc clips at 50 / 0.8 = 62.5.
     assert answer["level"] == 60 and "write [camera] lamp = 60" in answer["stated_otherwise"], answer
     entry, _ = entries()[-1]
@@ -148,7 +160,7 @@ def light():
     assert abs(entry["covariance"][0][0] - 100 / 12) < 1e-6
     assert "light  camera" in history("list", "--kind", "light")
     write_machine(camera="lamp = 60")
-    assert "stated_otherwise" not in json.loads(calibrate("light", "--json"))
+    assert "stated_otherwise" not in facts("light")[1]
 
 
 def held_by_another():
@@ -163,7 +175,7 @@ def held_by_another():
     assert len(entries()) == n_before
     calibrate("focus")
     # The virtual machine stands still at once, as far as its looks can tell; with the lock free.
-    settle = json.loads(calibrate("settle", "--json", "--limit-um", "5", "--install"))
+    _, settle = facts("settle", "--limit-um", "5", "--install")
     assert settle["wait_s"] == 0 and 0 < settle["sigma_s"] < 0.01, settle
     assert len(entries()) == n_before + 1
 

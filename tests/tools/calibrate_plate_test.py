@@ -14,7 +14,9 @@ import tempfile
 from pathlib import Path
 
 PANELCAL = str(Path(sys.argv[1]).resolve())
-sys.path.insert(0, str(Path(sys.argv[2]).resolve() / "tests" / "golden"))
+ROOT = Path(sys.argv[2]).resolve()
+sys.path[:0] = [str(ROOT / "tests" / "golden"), str(ROOT / "tests" / "support")]
+from facts import checked  # noqa: E402
 from golden_pictures import png  # noqa: E402
 
 MACHINE = """[camera]
@@ -95,7 +97,9 @@ def calibrate(what, *words):
 
 
 def check(what, *words):
-    answer = json.loads(calibrate(what, "--json", *words))
+    document = checked(json.loads(calibrate(what, "--json", "-", *words)), ROOT)
+    assert document["verdict"] == "measured" and document["ledger_entry"] is None, document
+    answer = document[what]
     (left_out,) = answer["pictures_left_out"]
     assert sorted(left_out) == ["picture", "reason"], left_out
     assert left_out["picture"] == "looks/1-0.png", left_out

@@ -15,7 +15,10 @@ import tempfile
 from pathlib import Path
 
 PANELCAL = str(Path(sys.argv[1]).resolve())
-FIXTURES = Path(sys.argv[2]).resolve() / "tests" / "golden" / "fixtures"
+ROOT = Path(sys.argv[2]).resolve()
+FIXTURES = ROOT / "tests" / "golden" / "fixtures"
+sys.path.insert(0, str(ROOT / "tests" / "support"))
+from facts import checked, in_page  # noqa: E402
 TRUTH_MM = (45.03, -2.98)
 # What nine digits leave of 45 mm.
 NANOMETRE_MM = 1e-6
@@ -50,18 +53,24 @@ def offsets():
 
 def sigmas_off(answer):
     """How far an answer is from the truth, in standard deviations of the two axes together."""
-    (xx, _), (_, yy) = answer["covariance_mm2"]
-    dx, dy = (answer["offset_mm"][i] - TRUTH_MM[i] for i in (0, 1))
+    (xx, _), (_, yy) = answer["covariance"]
+    dx, dy = (answer["parameters"][i]["value"] - TRUTH_MM[i] for i in (0, 1))
     return math.sqrt(dx * dx / xx + dy * dy / yy)
 
 
 def main():
     sim = ("--machine-driver", "sim")
-    first = json.loads(calibrate(*sim, "--json", "--install", "--reason", "new spindle", "--by",
-                                 "Ann", "--clock", "2026-11-20T02:00:00Z"))
+    text = calibrate(*sim, "--json", "first.json", "--report", "first.html", "--install", "--reason",
+                     "new spindle", "--by", "Ann", "--clock", "2026-11-20T02:00:00Z")
+    assert "installed: ledger entry 2" in text, text
+    first = checked(json.loads(Path("first.json").read_text()), ROOT)
+    assert in_page("first.html") == first
     # 1 in 10000 of a chi-square of two degrees of freedom.
     assert sigmas_off(first) < 4.3, first
-    assert first["first"] and first["installed"] and first["ledger"] == 2 and first["row"] == 1
+    assert first["verdict"] == "installed" and first["objection"] == "" and first["ledger_entry"] == 2
+    part = first["spindle_camera"]
+    assert part["first"] and part["row"] == 1 and len(part["residuals"]) == part["holes"] + part["left_out"]
+    assert part["gates"] and all(gate["passed"] for gate in part["gates"]), part["gates"]
     (taken, state), (entry, result) = entries()
     # The rows first, as they are in the coupon's file.
     assert taken["kind"] == "coupon" and taken["subject"] == "A" and taken["asked_by"] == "Ann"
@@ -74,11 +83,12 @@ def main():
     assert installed() == result
 
     # The next one begins with the first, on fresh rows.
-    second = json.loads(calibrate(*sim, "--json", "--install", "--by", "Ann",
-                                  "--clock", "2026-11-21T02:00:00Z"))
-    assert second["row"] == 4 and not second["first"] and second["ledger"] == 4
-    assert abs(second["before_mm"][0] - first["offset_mm"][0]) < NANOMETRE_MM
-    assert second["shift_chance"] > 1e-4, second
+    second = checked(json.loads(calibrate(*sim, "--json", "-", "--install", "--by", "Ann",
+                                          "--clock", "2026-11-21T02:00:00Z")), ROOT)
+    part = second["spindle_camera"]
+    assert part["row"] == 4 and not part["first"] and second["ledger_entry"] == 4
+    assert abs(part["before_mm"][0] - first["parameters"][0]["value"]) < NANOMETRE_MM
+    assert part["shift_chance"] > 1e-4, part
     assert installed() == calibrations()[1][1]
 
     # A lost file comes back with the next installation; another spindle is added to it.
@@ -90,7 +100,7 @@ def main():
     both = offsets()
     assert sorted(both) == [(1, 1), (2, 1)]
     assert both[1, 1]["date"] == "2026-11-21T02:00:00Z"
-    assert abs(both[1, 1]["offset_mm"][0] - second["offset_mm"][0]) < NANOMETRE_MM
+    assert abs(both[1, 1]["offset_mm"][0] - second["parameters"][0]["value"]) < NANOMETRE_MM
 
     # Without --install nothing changes but the coupon.
     before, n_entries, n_all = installed(), len(calibrations()), len(entries())

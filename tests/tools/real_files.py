@@ -123,7 +123,7 @@ NO_OUTPUTS = {
     "--measurements", "--model", "--parameter", "--plate", "--probes", "--program", "--program-format", "--range",
     "--reason", "--seed", "--since", "--slots", "--subject", "--surface", "--to", "--truth",
     "--unit", "--voids-of", "--zero", "--zone", "--zones"}
-OUTPUTS = {"--json", "--linuxcnc", "--output", "--overlay", "--plot", "--report",
+OUTPUTS = {"--json", "--linuxcnc", "--output", "--overlay", "--report",
            "--save-measurements", "--save-probes"}
 
 

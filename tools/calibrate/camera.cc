@@ -2,26 +2,25 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 
-#include "calib/base/files/atomic_file.h"
 #include "machine/calibrate/camera/run.h"
 #include "machine/calibrate/kinds/kinds.h"
 #include "machine/devices/table_stage.h"
 #include "machine/plate/pictures.h"
 #include "tools/calibrate/devices.h"
 #include "tools/calibrate/session.h"
-#include "tools/figures/arrow_plot.h"
 #include "vision/picture/files/folder.h"
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 namespace panelcal::calibrate {
 namespace {
+
+using facts::Json;
+using facts::number;
 
 constexpr std::string_view kCalibrateCamera = "panelcal calibrate camera";
 
@@ -85,54 +84,41 @@ Expected<CameraRun> look(const CalibrateOptions& options,
   return fit_camera_run(config, std::move(sights), run_options);
 }
 
-std::string camera_svg(const CameraRun& run) {
-  ArrowPlot plot;
-  plot.title = run.fit.summary();
-  plot.place_unit = plot.arrow_unit = "px";
-  plot.high = Eigen::Vector2d(run.sights.width_px, run.sights.height_px);
-  plot.y_is_down = true;
-  for (std::size_t i = 0; i < run.sights.data.seen.size(); ++i) {
-    plot.arrows.push_back(
-        {run.sights.data.seen[i].seen.position.in_px(), run.fit.residuals[i].in_px()});
+Json pictures_facts(const std::vector<MissedPicture>& pictures) {
+  Json out = Json::array();
+  for (const MissedPicture& one : pictures) {
+    out.push_back({{"picture", one.picture}, {"reason", one.reason}});
   }
-  return arrow_svg(plot);
+  return out;
 }
 
-nlohmann::ordered_json camera_json(const CameraRun& run,
-                                   const std::string& calibration,
-                                   const Session& session) {
-  nlohmann::ordered_json json;
-  json["calibration"] = nlohmann::ordered_json::parse(calibration);
-  json["views"] = run.sights.data.seen.size();
-  json["missed"] = nlohmann::ordered_json::array();
-  for (const MissedPicture& missed : run.sights.missed) {
-    json["missed"].push_back({{"picture", missed.picture}, {"reason", missed.reason}});
+Json camera_facts(const CameraRun& run, const std::string& calibration) {
+  const MarkSights& sights = run.sights;
+  const CameraFit& fit = run.fit;
+  Json out = {{"form", word_of(fit.form)},
+              {"sufficient_form", word_of(fit.sufficient)},
+              {"chi_square", number(fit.chi_square)},
+              {"degrees_of_freedom", fit.degrees_of_freedom},
+              {"rms_px", number(fit.rms_px)},
+              {"held_out_rms_px", number(fit.held_out_rms_px)},
+              {"excess", number(run.excess)},
+              {"sigma_factor", number(run.sigma_factor)},
+              {"corner_sigma_um", number(run.corner_sigma_um)},
+              {"left_out", run.n_left_out},
+              {"skipped", sights.n_skipped},
+              {"missed", pictures_facts(sights.missed)},
+              {"pictures_left_out", pictures_facts(sights.left_out)},
+              {"pictures_without_tag", sights.without_tag},
+              {"picture_px", {sights.width_px, sights.height_px}}};
+  Json& residuals = out["residuals"] = Json::array();
+  for (std::size_t i = 0; i < fit.residuals.size(); ++i) {
+    const CameraObservation& seen = sights.data.seen[i];
+    residuals.push_back({{"view", sights.names[seen.i_view]},
+                         {"at_px", facts::point(seen.seen.position.in_px())},
+                         {"residual_px", facts::point(fit.residuals[i].in_px())}});
   }
-  json["left_out"] = run.n_left_out;
-  json["pictures_left_out"] = nlohmann::ordered_json::array();
-  for (const MissedPicture& picture : run.sights.left_out) {
-    json["pictures_left_out"].push_back({{"picture", picture.picture}, {"reason", picture.reason}});
-  }
-  json["pictures_without_tag"] = run.sights.without_tag;
-  json["skipped"] = run.sights.n_skipped;
-  json["chi_square"] = run.fit.chi_square;
-  json["degrees_of_freedom"] = run.fit.degrees_of_freedom;
-  json["rms_px"] = run.fit.rms_px;
-  if (run.fit.held_out_rms_px) json["held_out_rms_px"] = *run.fit.held_out_rms_px;
-  json["excess"] = run.excess;
-  json["sigma_factor"] = run.sigma_factor;
-  json["sufficient_form"] = word_of(run.fit.sufficient);
-  json["corner_sigma_um"] = run.corner_sigma_um;
-  session.put_verdict(json);
-  json["residuals_px"] = nlohmann::ordered_json::array();
-  for (std::size_t i = 0; i < run.fit.residuals.size(); ++i) {
-    const Eigen::Vector2d& at_px = run.sights.data.seen[i].seen.position.in_px();
-    const Eigen::Vector2d& residual_px = run.fit.residuals[i].in_px();
-    json["residuals_px"].push_back({{"view", run.sights.names[run.sights.data.seen[i].i_view]},
-                                    {"at", {at_px.x(), at_px.y()}},
-                                    {"residual", {residual_px.x(), residual_px.y()}}});
-  }
-  return json;
+  out["calibration"] = Json::parse(calibration);
+  return out;
 }
 
 }  // namespace
@@ -152,12 +138,11 @@ Expected<Answer> camera(const CalibrateOptions& options, CommandContext& context
   PANELCAL_TRY(const CameraRun run,
                drives ? drive(options, config, run_options, context.console)
                       : look(options, config, run_options));
-  if (!options.plot.empty()) PANELCAL_CHECK(write_file(options.plot, camera_svg(run)));
   PANELCAL_TRY(const LedgerDraft draft, camera_draft(config, run, session.words()));
   PANELCAL_CHECK(
       session.finish(draft, *camera_kind(session.config(), {}, options.zoom), refusal(run)));
-  if (options.json) return session.answer(camera_json(run, draft.result, session));
-  return session.answer(report(run) + session.verdict_line());
+  return session.answer(
+      report(run) + session.verdict_line(), camera_facts(run, draft.result), context);
 }
 
 }  // namespace panelcal::calibrate

@@ -14,7 +14,6 @@
 #include "tools/calibrate/devices.h"
 #include "tools/calibrate/session.h"
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 // `panelcal calibrate focus|light|settle`: what is tried at one place with a mark.
 namespace panelcal::calibrate {
@@ -33,8 +32,8 @@ struct Trial {
   const MachineConfig& config() const { return *session.config(); }
 
   /// Records it if that is wanted; `text` is what a person reads.
-  Expected<Answer> answer(const TrialValue& found, std::string text) {
-    nlohmann::ordered_json json = nlohmann::ordered_json::parse(found.details);
+  Expected<Answer> answer(const TrialValue& found, std::string text, CommandContext& context) {
+    facts::Json part = facts::Json::parse(found.details);
     if (options.install) text += read_the_temperature();
     PANELCAL_TRY(LedgerDraft draft,
                  trial_draft(config(), {at.place(), options.tool}, found, session.words()));
@@ -42,7 +41,6 @@ struct Trial {
                                   *trial_kind(found.kind, session.config(), {}),
                                   found.value ? std::string() : found.reason));
     if (session.entry()) {
-      json["ledger"] = *session.entry();
       text += fmt::format("  {} as ledger entry {}\n",
                           found.value ? "in force" : "refused, recorded",
                           *session.entry());
@@ -57,10 +55,10 @@ struct Trial {
     }
     PANELCAL_TRY(const std::string otherwise, otherwise_than_in_force(found.kind));
     if (!otherwise.empty()) {
-      json["stated_otherwise"] = otherwise;
+      part["stated_otherwise"] = otherwise;
       text += "  " + otherwise + "\n";
     }
-    return options.json ? session.answer(json) : session.answer(std::move(text));
+    return session.answer(std::move(text), std::move(part), context);
   }
 
   /// As a night reads it. One that cannot be read is said, and no reason to lose the rest.
@@ -134,7 +132,7 @@ std::string settle_text(const SettleRun& run, Length limit) {
 
 }  // namespace
 
-Expected<Answer> focus(const CalibrateOptions& options, CommandContext& /*context*/) {
+Expected<Answer> focus(const CalibrateOptions& options, CommandContext& context) {
   PANELCAL_TRY(Trial trial, Trial::begin(options));
   const MachineConfig& config = trial.config();
   PANELCAL_TRY(const FocusRange range, range_of(options, config));
@@ -147,10 +145,10 @@ Expected<Answer> focus(const CalibrateOptions& options, CommandContext& /*contex
   for (const auto& sample : result.curve) {
     text += fmt::format("  {:>9.4f} mm  sharpness {:.5f}\n", sample.z.in_mm(), sample.sharpness);
   }
-  return trial.answer(trial_value(result), std::move(text));
+  return trial.answer(trial_value(result), std::move(text), context);
 }
 
-Expected<Answer> light(const CalibrateOptions& options, CommandContext& /*context*/) {
+Expected<Answer> light(const CalibrateOptions& options, CommandContext& context) {
   const std::vector<double> range =
       options.range.size() == 2 ? options.range : std::vector<double>{10, 100};
   const std::vector<double> levels = lamp_levels(range[0], range[1], options.n_levels);
@@ -170,10 +168,10 @@ Expected<Answer> light(const CalibrateOptions& options, CommandContext& /*contex
                         sample.contrast,
                         100 * sample.clipped_share);
   }
-  return trial.answer(trial_value(run), std::move(text));
+  return trial.answer(trial_value(run), std::move(text), context);
 }
 
-Expected<Answer> settle(const CalibrateOptions& options, CommandContext& /*context*/) {
+Expected<Answer> settle(const CalibrateOptions& options, CommandContext& context) {
   PANELCAL_TRY(Trial trial, Trial::begin(options));
   SettleTrial trial_options;
   trial_options.tool = options.tool;
@@ -182,7 +180,7 @@ Expected<Answer> settle(const CalibrateOptions& options, CommandContext& /*conte
   PANELCAL_TRY(
       const SettleRun run,
       calibrate_settle(trial.config(), trial.at.devices(), trial.at.place(), trial_options));
-  return trial.answer(trial_value(run), settle_text(run, trial_options.limit));
+  return trial.answer(trial_value(run), settle_text(run, trial_options.limit), context);
 }
 
 }  // namespace panelcal::calibrate

@@ -1,15 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/calibrate/session.h"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "calib/base/clock.h"
 #include "calib/base/files/atomic_file.h"
 #include "tools/cli/process/version.h"
 #include "tools/cli/provenance.h"
+#include "tools/page/page.h"
 #include <fmt/format.h>
 
 namespace panelcal::calibrate {
+namespace {
+
+using facts::Json;
+
+constexpr int kCalibrationVersion = 1;
+
+/// [[xx, xy], [xy, yy]], of any size; null if there is none.
+Json square_rows(const std::optional<Eigen::MatrixXd>& values) {
+  if (!values) return {};
+  Json out = Json::array();
+  for (const auto& row : values->rowwise()) {
+    Json& line = out.emplace_back(Json::array());
+    for (const double value : row) line.push_back(facts::number(value));
+  }
+  return out;
+}
+
+}  // namespace
 
 Diagnostic usage(std::string what, std::string expected, std::string_view command) {
   return {Code::Usage, {std::string(command), 0, 0}, std::move(what), std::move(expected)};
@@ -73,7 +94,9 @@ Expected<void> Session::open_ledger() {
 Expected<void> Session::finish(LedgerDraft draft,
                                const Calibration& kind,
                                const std::string& refusal) {
+  objection_ = refusal;
   if (!options_.force) refusal_ = refusal;
+  record_ = draft.record;
   if (!options_.install) {
     if (options_.output.empty() || !refusal_.empty()) return {};
     PANELCAL_TRY(const std::string text, text_with_head(*config_, std::move(draft.result)));
@@ -97,17 +120,49 @@ std::string Session::verdict_line() const {
   return entry_ ? fmt::format("  installed{}\n", recorded) : "";
 }
 
-void Session::put_verdict(nlohmann::ordered_json& json) const {
-  if (!refusal_.empty()) json["refusal"] = refusal_;
-  if (entry_) json["ledger"] = *entry_;
+Expected<Answer> Session::answer(std::string text, Json part, CommandContext& context) const {
+  Answer answer = {std::move(text), refusal_.empty() ? ExitCode::Done : ExitCode::GateFailed};
+  if (options_.json.empty() && options_.report.empty()) return answer;
+  const std::string document = facts::text(this->document(std::move(part), context.options));
+  if (!options_.json.empty()) PANELCAL_CHECK(context.output.write_to(options_.json, document));
+  if (!options_.report.empty()) {
+    const std::string page = page_html("Calibration: " + record_.key.subject, document);
+    PANELCAL_CHECK(context.output.write_to(options_.report, page));
+  }
+  if (options_.json == "-" || options_.report == "-") answer.text.clear();
+  return answer;
 }
 
-Answer Session::answer(std::string text) const {
-  return {std::move(text), refusal_.empty() ? ExitCode::Done : ExitCode::GateFailed};
-}
-
-Answer Session::answer(const nlohmann::ordered_json& json) const {
-  return answer(json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace) + "\n");
+Json Session::document(Json part, const Options& options) const {
+  const bool is_written = !options_.install && !options_.output.empty();
+  Json out = facts::envelope("calibration", kCalibrationVersion);
+  out.update({{"kind", word(record_.key.kind)},
+              {"machine", record_.key.machine},
+              {"subject", record_.key.subject},
+              {"time", iso_8601(words_.date)},
+              {"verdict",
+               !refusal_.empty() ? "refused"
+               : entry_          ? "installed"
+               : is_written      ? "written"
+                                 : "measured"},
+              {"objection", objection_},
+              {"ledger_entry", entry_ ? Json(*entry_) : Json()}});
+  Json& parameters = out["parameters"] = Json::array();
+  for (const LedgerParameter& one : record_.parameters) {
+    parameters.push_back(
+        {{"name", one.name}, {"value", facts::number(one.value)}, {"unit", one.unit}});
+  }
+  out["covariance"] = square_rows(record_.covariance);
+  Json& inputs = out["inputs"] = Json::array();
+  for (const LedgerInput& input : record_.inputs) {
+    inputs.push_back({{"name", input.name}, {"sha256", input.sha256}, {"bytes", input.bytes}});
+  }
+  std::string key(word(record_.key.kind));
+  std::ranges::replace(key, '-', '_');
+  out[key] = std::move(part);
+  const auto& [row, value] = command_line_row(options);
+  out["provenance"] = {{row, value}};
+  return out;
 }
 
 }  // namespace panelcal::calibrate

@@ -9,17 +9,17 @@
 #include <string_view>
 
 #include "calib/base/expected.h"
+#include "calib/base/json/facts.h"
 #include "calib/ledger/ledger.h"
 #include "machine/calibrate/calibration.h"
 #include "machine/config/machine_config.h"
 #include "machine/nightly/record/night_lock.h"
 #include "tools/cli/commands.h"
-#include <nlohmann/json.hpp>
 
 // The commands `panelcal calibrate KIND`: a night of one kind, by hand.
 namespace panelcal::calibrate {
 
-/// The text for standard output, and whether the result may be used.
+/// The rest for standard output, and whether the result may be used.
 struct Answer {
   std::string text;
   ExitCode code = ExitCode::Done;
@@ -76,20 +76,26 @@ class Session {
 
   /// The result in a line.
   std::string verdict_line() const;
-  /// The same, of JSON: "refusal" and "ledger".
-  void put_verdict(nlohmann::ordered_json& json) const;
 
-  Answer answer(std::string text) const;
-  Answer answer(const nlohmann::ordered_json& json) const;
+  /// Writes the facts to --json and --report. Standard output has them in place of the text where
+  /// one of the two says so.
+  ///
+  /// In     part: facts of this kind alone; share/schema/calibration.schema.json
+  /// Fails  what writing a file reports
+  Expected<Answer> answer(std::string text, facts::Json part, CommandContext& context) const;
 
  private:
   explicit Session(const CalibrateOptions& options) : options_(options) {}
+
+  facts::Json document(facts::Json part, const Options& options) const;
 
   const CalibrateOptions& options_;
   RecordWords words_;
   std::shared_ptr<MachineConfig> config_;
   std::optional<NightLock> lock_;
   std::optional<Ledger> ledger_;
+  LedgerRecord record_;    ///< of finish()
+  std::string objection_;  ///< reasons against it, overruled or not
   std::string refusal_;
   std::optional<std::int64_t> entry_;
 };

@@ -7,49 +7,37 @@
 #include "calib/base/json/json_string.h"
 #include "calib/base/statistics/linear_algebra.h"
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 namespace panelcal::calibrate {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-/// Nine digits: enough for a nanometre on a metre, and the same on every processor.
-Json spindle_number(double value) {
-  return std::isfinite(value) ? Json::parse(fmt::format("{:.9g}", value)) : Json();
-}
-
-Json pair(double x, double y) {
-  return {spindle_number(x), spindle_number(y)};
-}
-
-Json pair(const Eigen::Vector2d& v) {
-  return pair(v.x(), v.y());
-}
+using facts::Json;
+using facts::number;
+using facts::point;
 
 Json scatter(const ScatterEstimate& estimate) {
-  return pair(estimate.sigma[0].in_um(), estimate.sigma[1].in_um());
+  return {number(estimate.sigma[0].in_um()), number(estimate.sigma[1].in_um())};
 }
 
 Json backlash(const BacklashEstimate& estimate) {
-  return estimate.is_determined ? spindle_number(estimate.value.in_um()) : Json();
+  return estimate.is_determined ? number(estimate.value.in_um()) : Json();
 }
 
 Json trend(const std::optional<ResidualTrend>& trend) {
   if (!trend) return {};
-  return {{"turn_mrad", spindle_number(1e3 * trend->rotation_rad)},
-          {"turn_sigma_mrad", spindle_number(1e3 * trend->rotation_sigma_rad)},
-          {"growth_ppm", spindle_number(trend->scale_ppm)},
-          {"growth_sigma_ppm", spindle_number(trend->scale_sigma_ppm)},
-          {"chance", spindle_number(trend->chance)},
+  return {{"turn_mrad", number(1e3 * trend->rotation_rad)},
+          {"turn_sigma_mrad", number(1e3 * trend->rotation_sigma_rad)},
+          {"growth_ppm", number(trend->scale_ppm)},
+          {"growth_sigma_ppm", number(trend->scale_sigma_ppm)},
+          {"chance", number(trend->chance)},
           {"significant", trend->is_significant}};
 }
 
 Json coupon_holes_json(const SpindleCameraRun& run) {
   Json out = Json::array();
   for (std::size_t i = 0; i < run.fit.holes.size(); ++i) {
-    out.push_back({{"drilled_mm", pair(run.sights.holes[i].drilled.in_mm())},
-                   {"residual_um", pair(1e3 * run.fit.holes[i].residual.in_mm())},
+    out.push_back({{"drilled_mm", point(run.sights.holes[i].drilled.in_mm())},
+                   {"residual_um", point(1e3 * run.fit.holes[i].residual.in_mm())},
                    {"left_out", run.fit.holes[i].is_outlier}});
   }
   return out;
@@ -58,7 +46,7 @@ Json coupon_holes_json(const SpindleCameraRun& run) {
 Json missed(const SpindleCameraRun& run) {
   Json out = Json::array();
   for (const MissedLook& look : run.sights.missed) {
-    out.push_back({{"drilled_mm", pair(run.places[look.i_place].in_mm())},
+    out.push_back({{"drilled_mm", point(run.places[look.i_place].in_mm())},
                    {"look", look.i_look + 1},
                    {"reason", look.reason}});
   }
@@ -136,35 +124,30 @@ std::string text(const SpindleAnswer& answer, const SpindleCameraRun& run) {
                      answer.refusal);
 }
 
-std::string json(const SpindleAnswer& answer, const SpindleCameraRun& run) {
+Json spindle_facts(const SpindleAnswer& answer, const SpindleCameraRun& run) {
   const SpindleCameraFit& fit = run.fit;
-  const Eigen::Matrix2d& cov = fit.offset.cov_mm2;
-  Json json = {
-      {"kind", "spindle-camera"}, {"spindle", answer.spindle}, {"station", answer.station}};
-  json["offset_mm"] = pair(fit.offset.offset.in_mm());
-  json["covariance_mm2"] = {pair(cov(0, 0), cov(0, 1)), pair(cov(1, 0), cov(1, 1))};
-  json["holes"] = fit.n_used;
-  json["looks"] = fit.n_views;
-  json["left_out"] = fit.n_outliers();
-  json["row"] = run.i_row + 1;
-  json["wander_um"] = scatter(fit.wander);
-  json["repeatability_um"] = fit.is_separated ? scatter(fit.repeatability) : Json();
-  json["backlash_um"] = {backlash(fit.backlash[0]), backlash(fit.backlash[1])};
-  json["trend_over_coupon"] = trend(fit.over_coupon);
-  json["trend_over_picture"] = trend(fit.over_picture);
-  json["more_holes_to_halve"] = fit.more_holes_to_halve;
-  json["more_looks_to_halve"] = fit.more_views_to_halve ? Json(*fit.more_views_to_halve) : Json();
-  json["before_mm"] = pair(answer.before.offset.in_mm());
-  json["first"] = answer.is_first;
-  json["shift_um"] = pair(answer.shift_um);
-  json["shift_sigma_um"] = pair(answer.sigma_um);
-  json["shift_chance"] = answer.chance ? spindle_number(*answer.chance) : Json();
-  json["residuals"] = coupon_holes_json(run);
-  json["missed"] = missed(run);
-  json["installed"] = answer.is_installed;
-  json["ledger"] = answer.ledger_id ? Json(*answer.ledger_id) : Json();
-  json["refusal"] = answer.refusal;
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return {
+      {"spindle", answer.spindle},
+      {"station", answer.station},
+      {"holes", fit.n_used},
+      {"looks", fit.n_views},
+      {"left_out", fit.n_outliers()},
+      {"row", run.i_row + 1},
+      {"wander_um", scatter(fit.wander)},
+      {"repeatability_um", fit.is_separated ? scatter(fit.repeatability) : Json()},
+      {"backlash_um", {backlash(fit.backlash[0]), backlash(fit.backlash[1])}},
+      {"trend_over_coupon", trend(fit.over_coupon)},
+      {"trend_over_picture", trend(fit.over_picture)},
+      {"more_holes_to_halve", fit.more_holes_to_halve},
+      {"more_looks_to_halve", fit.more_views_to_halve ? Json(*fit.more_views_to_halve) : Json()},
+      {"before_mm", point(answer.before.offset.in_mm())},
+      {"first", answer.is_first},
+      {"shift_um", point(answer.shift_um)},
+      {"shift_sigma_um", point(answer.sigma_um)},
+      {"shift_chance", number(answer.chance)},
+      {"gates", answer.gates},
+      {"residuals", coupon_holes_json(run)},
+      {"missed", missed(run)}};
 }
 
 }  // namespace panelcal::calibrate

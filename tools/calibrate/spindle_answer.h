@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "calib/base/json/facts.h"
 #include "calib/correction/spindle_camera.h"
 #include "machine/calibrate/spindle/camera_run.h"
 #include "machine/config/machine_config.h"
@@ -24,6 +25,8 @@ struct SpindleAnswer {
   Eigen::Vector2d sigma_um = Eigen::Vector2d::Zero();
   /// Chance of so large a shift where nothing moved; absent for a first one.
   std::optional<double> chance;
+  /// The nights' gates that a requested installation is held to.
+  facts::Json gates = facts::Json::array();
   bool is_installed = false;
   std::string refusal;  ///< the reason if a requested installation was refused
   std::optional<std::int64_t> ledger_id;
@@ -35,7 +38,7 @@ SpindleAnswer compare(const MachineConfig& config, const SpindleCameraRun& run);
 std::string trend_words(const SpindleCameraFit& fit);
 
 std::string text(const SpindleAnswer& answer, const SpindleCameraRun& run);
-/// One object on one line; docs/formats/calibration.md.
-std::string json(const SpindleAnswer& answer, const SpindleCameraRun& run);
+/// The part of the document of facts that such an offset alone has.
+facts::Json spindle_facts(const SpindleAnswer& answer, const SpindleCameraRun& run);
 
 }  // namespace panelcal::calibrate

@@ -52,7 +52,7 @@ class SpindleCamera {
     if (options_.install) {
       refusal = trend_words(run.fit);
       if (refusal.empty()) {
-        PANELCAL_TRY(refusal, gate_words(run));
+        PANELCAL_TRY(refusal, gate_words(run, answer.gates));
       }
     }
     PANELCAL_TRY(LedgerDraft draft, spindle_camera_draft(config(), run, words));
@@ -61,7 +61,7 @@ class SpindleCamera {
     answer.refusal = session_.refusal();
     answer.ledger_id = session_.entry();
     answer.is_installed = answer.ledger_id && answer.refusal.empty();
-    return session_.answer(options_.json ? json(answer, run) : text(answer, run));
+    return session_.answer(text(answer, run), spindle_facts(answer, run), context_);
   }
 
  private:
@@ -131,7 +131,7 @@ class SpindleCamera {
 
   /// The one of the nights' gates that refuses it; empty if none does. Neither the trend, which is
   /// judged already, nor the temperature, which is not read here, is among them.
-  Expected<std::string> gate_words(const SpindleCameraRun& run) {
+  Expected<std::string> gate_words(const SpindleCameraRun& run, facts::Json& gates) {
     NightLimits limits = config().nightly ? config().nightly->limits : NightLimits();
     limits.min_temperature_c.reset();
     limits.max_temperature_c.reset();
@@ -145,6 +145,7 @@ class SpindleCamera {
                  decide_night(result, in_force, no_history, DriftOptions(), limits));
     std::string words;
     for (const NightGate& gate : decision.gates) {
+      gates.push_back({{"name", gate.name}, {"passed", gate.passed}, {"text", gate.text}});
       if (!gate.passed) words += (words.empty() ? "" : "; ") + gate.text;
     }
     return words;

@@ -11,7 +11,6 @@
 #include "tools/calibrate/session.h"
 #include "tools/surface/difference.h"
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 namespace panelcal::calibrate {
 namespace {
@@ -65,6 +64,12 @@ Expected<std::optional<MapInForce>> compared(const Ledger* ledger,
   return out;
 }
 
+surface::ComparedMaps with_in_force(const std::string& file,
+                                    const GivenMap& given,
+                                    const MapInForce& before) {
+  return {"the map in force", file, before.stored, given.stored, before.change.difference};
+}
+
 std::string surface_text(const CalibrateOptions& options,
                          const GivenMap& given,
                          const std::optional<MapInForce>& before) {
@@ -77,33 +82,7 @@ std::string surface_text(const CalibrateOptions& options,
   for (const SurfaceOutlier& outlier : map.outliers()) out += "left out: " + outlier.text() + "\n";
   out += report(given.figures);
   if (!before) return out;
-  return out + surface::difference_text({"the map in force",
-                                         options.map,
-                                         before->stored,
-                                         given.stored,
-                                         before->change.difference});
-}
-
-nlohmann::ordered_json surface_json(const CalibrateOptions& options,
-                                    const GivenMap& given,
-                                    const std::optional<MapInForce>& before,
-                                    const Session& session) {
-  nlohmann::ordered_json json;
-  json["map"] = options.map;
-  json["probes"] = given.stored.points.size();
-  json["left_out"] = given.stored.map.outliers().size();
-  for (int i = 0; i < SurfaceFigures::kSize; ++i) {
-    const std::string name(SurfaceFigures::kNames[static_cast<std::size_t>(i)]);
-    json["figures_mm"][name] = {{"value", given.figures.value_mm[i]},
-                                {"sigma", std::sqrt(given.figures.cov_mm2(i, i))}};
-  }
-  if (before) {
-    const surface::ComparedMaps maps = {
-        "the map in force", options.map, before->stored, given.stored, before->change.difference};
-    json["change"] = surface::difference_figures(maps);
-  }
-  session.put_verdict(json);
-  return json;
+  return out + surface::difference_text(with_in_force(options.map, given, *before));
 }
 
 /// Of the file that is installed: -o, else that of nights.
@@ -116,7 +95,7 @@ std::unique_ptr<Calibration> map_kind_of(const CalibrateOptions& options,
 
 }  // namespace
 
-Expected<Answer> surface(const CalibrateOptions& options, CommandContext& /*context*/) {
+Expected<Answer> surface(const CalibrateOptions& options, CommandContext& context) {
   PANELCAL_TRY(Session session, Session::begin(options));
   const MachineConfig& config = *session.config();
   PANELCAL_TRY(const GivenMap given, read_given(options, config));
@@ -130,8 +109,14 @@ Expected<Answer> surface(const CalibrateOptions& options, CommandContext& /*cont
   PANELCAL_TRY(LedgerInput input, input_of(options.map, kMaxMapBytes));
   draft.record.inputs.push_back(std::move(input));
   PANELCAL_CHECK(session.finish(std::move(draft), *kind, refusal(given, config)));
-  if (options.json) return session.answer(surface_json(options, given, before, session));
-  return session.answer(surface_text(options, given, before) + session.verdict_line());
+  facts::Json part = {{"map", options.map},
+                      {"probes", given.stored.points.size()},
+                      {"left_out", given.stored.map.outliers().size()}};
+  if (before) {
+    part["change"] = surface::difference_facts(with_in_force(options.map, given, *before), {});
+  }
+  return session.answer(
+      surface_text(options, given, before) + session.verdict_line(), std::move(part), context);
 }
 
 }  // namespace panelcal::calibrate

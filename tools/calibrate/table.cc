@@ -16,34 +16,12 @@
 #include "machine/plate/pictures.h"
 #include "tools/calibrate/session.h"
 #include "tools/cli/output_paths.h"
-#include "tools/figures/arrow_plot.h"
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 namespace panelcal::calibrate {
 namespace {
 
-constexpr int kArrowsPerSide = 15;
-
-/// The map's error at places all over its rectangle.
-std::string table_svg(const TableRun& run) {
-  const TableGrid& grid = run.fit.map.grid();
-  ArrowPlot plot;
-  plot.title = run.fit.summary();
-  plot.place_unit = "mm";
-  plot.arrow_unit = "um";
-  plot.low = grid.low_mm;
-  plot.high = grid.high_mm;
-  for (int j = 0; j < kArrowsPerSide; ++j) {
-    for (int i = 0; i < kArrowsPerSide; ++i) {
-      const Eigen::Vector2d part = Eigen::Vector2d(i, j) / (kArrowsPerSide - 1.0);
-      const Eigen::Vector2d at_mm = grid.low_mm + part.cwiseProduct(grid.high_mm - grid.low_mm);
-      const auto place = position_mm<frame::Machine>(at_mm);
-      plot.arrows.push_back({at_mm, 1e3 * run.fit.map.error_mm(place)});
-    }
-  }
-  return arrow_svg(plot);
-}
+using facts::Json;
 
 constexpr std::string_view kHalFile = "panelcal.hal";
 constexpr std::array<std::string_view, 2> kCompFiles = {"joint0.comp", "joint1.comp"};
@@ -104,30 +82,56 @@ std::string applied_line(const CalibrateOptions& options,
          "the control correct by it (--linuxcnc), not both\n";
 }
 
-nlohmann::ordered_json table_json(const TableRun& run,
-                                  const std::string& calibration,
-                                  const Session& session,
-                                  bool is_applied) {
-  nlohmann::ordered_json json;
-  json["calibration"] = nlohmann::ordered_json::parse(calibration);
-  json["looks"] = run.sights.data.seen.size();
-  json["poses"] = run.fit.poses.size();
-  json["chi_square"] = run.fit.chi_square;
-  json["degrees_of_freedom"] = run.fit.degrees_of_freedom;
-  json["excess"] = run.excess;
-  json["left_out"] = run.left_out;
-  json["pictures_left_out"] = nlohmann::ordered_json::array();
+/// The map's error, and its covariance, at places all over its rectangle, row by row from below.
+Json map_facts(const TableFit& fit) {
+  constexpr int kPerSide = 15;
+  const TableGrid& grid = fit.map.grid();
+  const Eigen::Vector2d step_mm = (grid.high_mm - grid.low_mm) / (kPerSide - 1.0);
+  Json errors = Json::array(), covariances = Json::array();
+  for (int i = 0; i < kPerSide * kPerSide; ++i) {
+    const Eigen::Vector2d steps(i % kPerSide, i / kPerSide);
+    const auto at = position_mm<frame::Machine>(grid.low_mm + steps.cwiseProduct(step_mm));
+    errors.push_back(facts::point(1e3 * fit.map.error_mm(at)));
+    covariances.push_back(facts::covariance(1e6 * fit.covariance_at(at)));
+  }
+  return {{"first_mm", facts::point(grid.low_mm)},
+          {"step_mm", facts::point(step_mm)},
+          {"columns", kPerSide},
+          {"rows", kPerSide},
+          {"error_um", std::move(errors)},
+          {"covariance_um2", std::move(covariances)}};
+}
+
+Json table_facts(const TableRun& run, const std::string& calibration, bool is_applied) {
+  const TableData& data = run.sights.data;
+  Json left_out = Json::array();
   for (const MissedPicture& picture : run.sights.left_out) {
-    json["pictures_left_out"].push_back({{"picture", picture.picture}, {"reason", picture.reason}});
+    left_out.push_back({{"picture", picture.picture}, {"reason", picture.reason}});
   }
-  json["pictures_without_tag"] = run.sights.without_tag;
-  json["applied"] = is_applied;
-  session.put_verdict(json);
-  json["residuals_mm"] = nlohmann::ordered_json::array();
-  for (const auto& residual : run.fit.residuals) {
-    json["residuals_mm"].push_back({residual.in_mm().x(), residual.in_mm().y()});
+  Json out = {{"poses", run.fit.poses.size()},
+              {"chi_square", facts::number(run.fit.chi_square)},
+              {"degrees_of_freedom", facts::number(run.fit.degrees_of_freedom)},
+              {"rms_um", facts::number(1e3 * run.fit.rms_mm)},
+              {"held_out_rms_um", Json()},
+              {"excess", facts::number(run.excess)},
+              {"undetermined", run.fit.undetermined},
+              {"left_out", run.left_out},
+              {"pictures_left_out", std::move(left_out)},
+              {"pictures_without_tag", run.sights.without_tag},
+              {"applied", is_applied},
+              {"map", map_facts(run.fit)}};
+  if (run.fit.held_out_rms_mm) out["held_out_rms_um"] = 1e3 * *run.fit.held_out_rms_mm;
+  Json& residuals = out["residuals"] = Json::array();
+  for (std::size_t i = 0; i < run.fit.residuals.size(); ++i) {
+    const TableObservation& seen = data.seen[i];
+    const PlateView& view = data.views[seen.i_view];
+    residuals.push_back({{"pose", view.i_pose},
+                         {"dot", seen.i_dot},
+                         {"at_mm", facts::point(view.axis_at.in_mm() + seen.seen.position.in_mm())},
+                         {"residual_um", facts::point(1e3 * run.fit.residuals[i].in_mm())}});
   }
-  return json;
+  out["calibration"] = Json::parse(calibration);
+  return out;
 }
 
 /// From pictures through the camera's calibration, or as another vision system measured it.
@@ -159,7 +163,6 @@ Expected<Answer> table(const CalibrateOptions& options, CommandContext& context)
   PANELCAL_CHECK(session.open_ledger());
   PANELCAL_TRY(TableSights sights, sights_of(options, config, plate));
   PANELCAL_TRY(const TableRun run, calibrate_table(config, std::move(sights)));
-  if (!options.plot.empty()) PANELCAL_CHECK(write_file(options.plot, table_svg(run)));
   PANELCAL_TRY(const LedgerDraft draft, table_draft(config, run, session.words()));
   PANELCAL_CHECK(session.finish(
       draft, *table_kind(session.config(), {}, plate, options.output), refusal(run)));
@@ -170,8 +173,9 @@ Expected<Answer> table(const CalibrateOptions& options, CommandContext& context)
     text += line;
   }
   const bool applies = is_applied(options, config, !options.output.empty() && !is_refused);
-  if (options.json) return session.answer(table_json(run, draft.result, session, applies));
-  return session.answer(text + session.verdict_line() + applied_line(options, config, applies));
+  return session.answer(text + session.verdict_line() + applied_line(options, config, applies),
+                        table_facts(run, draft.result, applies),
+                        context);
 }
 
 }  // namespace panelcal::calibrate

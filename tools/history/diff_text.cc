@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/figures/text.h"
+#include "tools/cli/place_text.h"
 #include "tools/history/diff.h"
 #include <fmt/format.h>
 
@@ -22,7 +22,7 @@ std::string um_text(Length length) {
 
 std::string where(const plan::PlannedPlace& place) {
   std::string text = report::point_text(place.nominal.in_mm()) + " mm, ";
-  if (!place.file.empty()) text += report::escaped(place.file) + " ";
+  if (!place.file.empty()) text += escaped_controls(place.file) + " ";
   text += fmt::format("line {}", place.line);
   const std::string path = report::path_text(place.path);
   return path.empty() ? text : text + " " + path;

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/figures/text.h"
-
 #include <algorithm>
 
+#include "tools/cli/place_text.h"
 #include "tools/nightly/report.h"
 #include <fmt/format.h>
 

@@ -13,6 +13,9 @@ Each part has its own page: `panelcal calibrate spindle-camera --help`. A calibr
 the machine needs SOURCE: --camera URI with [machine] stage_command, or --machine-driver sim for the
 virtual machine of [sim]. Only --install puts a calibration in force.
 
+--report writes a page with values, sigmas, verdict and residuals as arrows, and of a table the map
+of its error; --json the same as facts (share/schema/calibration.schema.json).
+
 Exit codes
   0 done; 1 the measurements give no calibration, or it was not installed; 2 bad input or usage;
   3 a device, the ledger or the disk failed; 129, 130, 143 SIGHUP, SIGINT or SIGTERM came: what the
@@ -44,7 +47,7 @@ Exit codes
 
 inline constexpr std::string_view kCalibrateCamera = R"(Examples
   $ panelcal calibrate camera -m machine.toml --camera gige://192.168.1.10 --at 120.5,80 --tool 3 \
-      --focal-px 11000 -o camera.cal.json --plot residuals.svg
+      --focal-px 11000 -o camera.cal.json --report camera.html
   $ panelcal calibrate camera -m machine.toml --images DIR --tool 3 -o camera.cal.json
 
 The mark of vision tool 3 (a disc, hole or ring; one drilled hole will do) is driven to 5 x 5 places
@@ -84,7 +87,7 @@ Exit codes
 
 inline constexpr std::string_view kCalibrateTable = R"(Example
   $ panelcal calibrate table -m machine.toml --plate plate.toml --measurements looks.jsonl \
-      -o table.cal.json --plot map.svg --linuxcnc compensation
+      -o table.cal.json --report table.html --linuxcnc compensation
 
 Looks at the dots of a plate (docs/formats/calibration.md): pictures (--images; a folder 0, 1, ...
 for each pose of the plate), or the measurements of another vision system (--measurements). They

@@ -6,8 +6,9 @@
 namespace panelcal {
 namespace {
 
-void add_json(CLI::App& command, CalibrateOptions& o) {
-  command.add_flag("--json", o.json, "One JSON object instead of text");
+void add_calibration_facts(CLI::App& command, CalibrateOptions& o) {
+  command.add_option("--json", o.json, "The facts as JSON; - is standard output");
+  command.add_option("--report", o.report, "A page that shows the facts (.html)");
 }
 
 void add_machine(CLI::App& command, CalibrateOptions& o) {
@@ -28,7 +29,7 @@ void begin_calibration(CLI::App& command, CalibrateOptions& o, CalibrateOptions:
   add_machine(command, o);
   command.add_option("-o,--output", o.output, "Write the calibration to this file (.cal.json)");
   add_date(command, o);
-  add_json(command, o);
+  add_calibration_facts(command, o);
 }
 
 /// SOURCE of those that drive the machine.
@@ -60,7 +61,7 @@ void add_install_by_force(CLI::App& command, CalibrateOptions& o, const char* wh
 void begin_trial(CLI::App& command, CalibrateOptions& o, CalibrateOptions::What what) {
   o.what = what;
   add_machine(command, o);
-  add_json(command, o);
+  add_calibration_facts(command, o);
   command.add_option("--at", o.at_mm, "X,Y: where a mark lies, machine mm")
       ->expected(2)
       ->delimiter(',')
@@ -110,7 +111,6 @@ void add_calibrate_camera_options(CLI::App& command, CalibrateOptions& o) {
                      o.focal_px,
                      "Distance of the panel over the scale, px (default: a telecentric lens)");
   command.add_option("--zoom", o.zoom, "Level of [[camera.zoom]] to calibrate at");
-  command.add_option("--plot", o.plot, "Picture of the residuals (.svg)");
   add_install_by_force(
       command, o, "Put it in force: into [ledger] file, then into [camera] calibration");
 }
@@ -125,7 +125,6 @@ void add_calibrate_table_options(CLI::App& command, CalibrateOptions& o) {
                      "...");
   source->add_option("--measurements", o.measurements, "Looks at its dots (JSON Lines)");
   source->require_option(1);
-  command.add_option("--plot", o.plot, "Picture of the map (.svg)");
   command.add_option(
       "--linuxcnc", o.linuxcnc, "Folder for matrixkins coefficients and compensation files");
   add_install_by_force(command, o, "Record it in [ledger] file as the one in force");

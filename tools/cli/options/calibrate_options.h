@@ -17,7 +17,8 @@ struct CalibrateOptions {
   std::string camera;          ///< SOURCE: address of a live camera
   std::string output;          ///< the calibration's file; empty: none
   std::string clock;           ///< of the record, UTC: 2026-11-21T02:00:00Z; empty: now
-  bool json = false;
+  std::string json;            ///< file of the facts, - is standard output; empty: none
+  std::string report;          ///< page of the facts; empty: none
   bool install = false;
   // spindle-camera
   std::optional<int> spindle;  ///< absent: as [spindle] says
@@ -28,7 +29,6 @@ struct CalibrateOptions {
   bool force = false;    ///< install in spite of a significant trend
   // camera, table
   std::string images;              ///< SOURCE: a folder of pictures
-  std::string plot;                ///< an SVG of the residuals, of the map; empty: none
   std::string form;                ///< CameraForm, or auto
   std::vector<double> at_mm;       ///< place of the mark
   std::optional<double> focal_px;  ///< absent: telecentric

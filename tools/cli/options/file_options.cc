@@ -17,7 +17,7 @@ struct Row {
   std::string_view what;  ///< of inputs: "FILE is ..."
 };
 
-constexpr std::array<Row, 27> kFileOptions = {{
+constexpr std::array<Row, 26> kFileOptions = {{
     {"PROGRAM", FileUse::Read, "the program"},
     {"--program", FileUse::Read, "the program"},
     {"GCODE", FileUse::Read, "the program"},
@@ -41,7 +41,6 @@ constexpr std::array<Row, 27> kFileOptions = {{
     {"--json", FileUse::Output, ""},
     {"--linuxcnc", FileUse::OutputFolder, ""},
     {"--overlay", FileUse::OutputFolder, ""},
-    {"--plot", FileUse::Output, ""},
     {"--report", FileUse::Output, ""},
     {"--save-measurements", FileUse::Output, ""},
     {"--save-probes", FileUse::Output, ""},

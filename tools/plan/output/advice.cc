@@ -6,7 +6,7 @@
 #include <limits>
 #include <map>
 
-#include "tools/figures/text.h"
+#include "tools/cli/place_text.h"
 #include <fmt/format.h>
 
 namespace panelcal::plan {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "calib/panel/smooth_panel.h"
-#include "tools/figures/text.h"
+#include "tools/cli/place_text.h"
 #include "tools/plan/output/advice.h"
 #include <fmt/format.h>
 
