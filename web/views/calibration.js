@@ -37,7 +37,7 @@ function calibrationRows(part) {
 /** @param {any} facts */
 function calibratedValues(facts) {
   return section("values", word("calibration_values"), table(
-    [{ title: word("history_parameter") }, { title: word("history_value"), number: true }, { title: word("night_sigma"), number: true }],
+    [{ title: word("history_parameter") }, { title: word("value"), number: true }, { title: word("sigma"), number: true }],
     facts.parameters.map((/** @type {any} */ one, /** @type {number} */ i) =>
       [one.name, absolute(one.value, one.unit), facts.covariance ? amount(Math.sqrt(facts.covariance[i][i]), one.unit) : "\u2013"])));
 }
@@ -79,7 +79,7 @@ function tableMap(map) {
   return section("map", word("calibration_map"), element("div", { class: "figures" },
     panelArrows({ label: word("calibration_map"), outline_mm: corners, places: map.error_um.map((/** @type {number[]} */ error_um, /** @type {number} */ i) =>
       ({ at_mm: at(i), vector_mm: error_um.map((one) => one / 1e3), lines: [place(/** @type {any} */ (at(i))), vectorText(error_um),
-        `${word("night_sigma")} ${micrometres(sigmas[i], 2)}`] })) }, word("calibration_map_text")),
+        `${word("sigma")} ${micrometres(sigmas[i], 2)}`] })) }, word("calibration_map_text")),
     fieldFigure({ field, outline: corners, title: "", label: word("calibration_map_sigma"), unit: "\u00b5m", n_levels: 6,
       paint: fromLowToHigh, caption: word("calibration_map_sigma"), over: () => {},
       hint: (point) => [place(point), micrometres(fieldAt(field, point), 2)] })));
@@ -114,7 +114,7 @@ export const calibrationView = {
         curve: part.curve.map((/** @type {number[]} */ [z_mm, sharpness]) => ({ z_mm, sharpness })) })) : null,
       section("figures", word("calibration_figures"), calibrationRows(part)), lists.map((key) => calibrationList(part, key)),
       part.change ? differencePage(part.change) : null,
-      section("origin", word("night_origin"), element("dl", { class: "rows" },
+      section("origin", word("origin"), element("dl", { class: "rows" },
         [...Object.entries(facts.provenance), ...facts.inputs.map((/** @type {any} */ input) => [input.name, input.sha256])].map(([key, value]) =>
           [element("dt", {}, key), element("dd", { class: "mono" }, value)]))));
   },

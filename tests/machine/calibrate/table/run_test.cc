@@ -334,7 +334,7 @@ TEST(TableRun, RefusesLooksThatAreNone) {
     return parse(text);
   };
   EXPECT_THAT(with("[0,0]", "[9,0]"), FailsWith(Code::CalibrationData, "l.jsonl:2:"));
-  EXPECT_THAT(with("[0,0]", "[0]"), FailsWith(Code::MeasurementFile, "column, row"));
+  EXPECT_THAT(with("[0,0]", "[0]"), FailsWith(Code::MeasurementFile, "\"dot\""));
   EXPECT_THAT(with("\"pose\":0", "\"pose\":-1"), FailsWith(Code::MeasurementFile, "pose"));
   EXPECT_THAT(with("[1,2]", "[1,2e9]"), FailsWith(Code::MeasurementFile, "axis"));
   EXPECT_THAT(with("[1e-6,0,1e-6]", "[1e-6,2e-6,1e-6]"),
