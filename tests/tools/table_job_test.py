@@ -153,9 +153,9 @@ def main():
 
     words = ("calibrate", "table", "-m", "machine.toml", "--plate", "plate.toml",
              "--measurements", "looks.jsonl", "--install", "-o", "table.cal.json")
-    answer = json.loads(panelcal(*words, "--json").stdout)
-    assert answer["applied"] is False, answer["applied"]
-    first = answer["ledger"]
+    answer = json.loads(panelcal(*words, "--json", "-").stdout)
+    assert answer["table"]["applied"] is False, answer["table"]
+    first = answer["ledger_entry"]
     assert "does not apply this map" in panelcal(*words).stdout
 
     # With it, live and from pictures, to the 1.5 um. The offset had in it by how much the
@@ -178,7 +178,7 @@ def main():
     # Its sigma is in the budget, and a hole's command is explained.
     said = panelcal("run", "job.exc", "-m", "machine.toml", "--measurements", "measured.jsonl",
                     "--explain", "1").stdout
-    sigma_um = 1e3 * answer["calibration"]["sigma_mm"]
+    sigma_um = 1e3 * json.loads(Path("table.cal.json").read_text())["sigma_mm"]
     row = next(line for line in said.splitlines() if "table map at the hole" in line)
     assert abs(float(row.split()[5]) - sigma_um) < 6e-4, (row, sigma_um)
     assert "table map at the targets" in said and "um to the command" in said, said
@@ -188,10 +188,10 @@ def main():
 
     # A second calibration of the same stage: history predicts the run.
     Path("looks.jsonl").write_text(looks(4))
-    answer = json.loads(panelcal(*words, "--json").stdout)
-    assert answer["applied"] is True
+    answer = json.loads(panelcal(*words, "--json", "-").stdout)
+    assert answer["table"]["applied"] is True
     assert "[table] names this file" in panelcal(*words).stdout
-    said = json.loads(panelcal("history", "diff", str(first), str(answer["ledger"]), "-l",
+    said = json.loads(panelcal("history", "diff", str(first), str(answer["ledger_entry"]), "-l",
                                "drill1.ledger", "--json", "-", "--program", "job.exc", "-m",
                                "machine.toml").stdout)["difference"]["job"]
     assert said["places"] == len(HOLES) and said["uncorrected"] == 0, said
