@@ -104,6 +104,7 @@ export class Plane {
     this.scale = 0;
     /** In the middle of the frame. @type {Point} */
     this.centre_mm = [0, 0];
+    this.isMoved = false;
     /** @type {((place: Point) => void) | null | undefined} */
     this.dragged = null;
     /** @type {Map<number, Point>} */
@@ -151,7 +152,7 @@ export class Plane {
 
   /** Shows the whole extent, and nothing else until somebody moves it. */
   fit() {
-    this.scale = 0;
+    this.isMoved = false;
     this.redraw();
   }
 
@@ -168,7 +169,7 @@ export class Plane {
     this.top = planeMargin.top;
     this.bottom = this.top + tall;
     this.height = this.bottom + planeMargin.bottom;
-    if (isMovable && this.scale > 0) return;
+    if (this.isMoved) return;
     this.scale = fitting;
     this.centre_mm = [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2];
   }
@@ -221,6 +222,7 @@ export class Plane {
   }
 
   pan(dx_mm, dy_mm) {
+    this.isMoved = true;
     this.centre_mm = [this.centre_mm[0] + dx_mm, this.centre_mm[1] + dy_mm];
     this.redraw();
   }
