@@ -89,6 +89,13 @@ Expected<void> check_table_file(const TableFile& read, const std::string& file) 
                            fmt::format("there are {} coefficients_mm", read.coefficients_mm.size()),
                            fmt::format("{}, (steps + 3) along each side", n)));
   }
+  for (const Eigen::Vector2d& knot_mm : read.coefficients_mm) {
+    if (knot_mm.norm() <= kMostError_mm) continue;
+    return failure(
+        invalid_table_file(file,
+                           fmt::format("a knot is ({}, {}) mm", knot_mm.x(), knot_mm.y()),
+                           fmt::format("errors of at most {} mm", kMostError_mm)));
+  }
   if (!is_one_to_one(TableMap(read.grid, read.coefficients_mm))) {
     return failure(invalid_table_file(file,
                                       "the map is not one to one: it folds the table over itself",

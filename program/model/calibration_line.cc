@@ -32,7 +32,7 @@ CalibrationLine written_order(const CalibrationOrder& order) {
 
 Expected<CalibrationAnswer> calibration_of(const JsonLine& line) {
   PANELCAL_TRY(CalibrationLine read, read_line(kCalibrationLine, line, kLineCode));
-  PANELCAL_CHECK(check_pattern(line));
+  PANELCAL_CHECK(check_pattern(line, read.request.file));
   CalibrationAnswer answer;
   answer.order = std::move(read.request);
   answer.text = std::move(read.text);

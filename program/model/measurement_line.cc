@@ -128,7 +128,7 @@ Expected<void> read_candidates(const JsonLine& line, MeasurementLine read, Measu
                                             kMaxMeasurementCandidates)));
   }
   std::vector<double>& by_camera = read.candidates_by_camera;
-  if (by_camera.empty()) by_camera.resize(kJacobianNumbers * n);
+  if (!line.has("candidates_by_camera")) by_camera.resize(kJacobianNumbers * n);
   if (by_camera.size() != kJacobianNumbers * n) {
     return failure(line.problem("candidates_by_camera",
                                 kLineCode,
@@ -166,14 +166,14 @@ Eigen::Matrix2d recorded_covariance(const std::array<double, 3>& cov) {
   return out;
 }
 
-Expected<void> check_pattern(const JsonLine& line) {
-  if (!line.has("file_sha256") || line.has("file")) return {};
+Expected<void> check_pattern(const JsonLine& line, const std::string& file) {
+  if (!line.has("file_sha256") || !file.empty()) return {};
   return failure(line.problem("file_sha256", kLineCode, "the pattern's name, \"file\", beside it"));
 }
 
 Expected<Measurement> measurement_of(const JsonLine& line) {
   PANELCAL_TRY(MeasurementLine read, read_line(kMeasurementLine, line, kLineCode));
-  PANELCAL_CHECK(check_pattern(line));
+  PANELCAL_CHECK(check_pattern(line, read.request.file));
   Measurement out = std::move(read.answer);
   out.request = std::move(read.request);
   out.request.seq = *read.seq;

@@ -17,7 +17,7 @@ Expected<CalibrationAnswer> calibration_of(const JsonLine& line);
 /// That a digest of a stored pattern stands beside its name.
 ///
 /// Fails  measurement-file
-Expected<void> check_pattern(const JsonLine& line);
+Expected<void> check_pattern(const JsonLine& line, const std::string& file);
 
 /// Symmetric of [xx, xy, yy].
 Eigen::Matrix2d recorded_covariance(const std::array<double, 3>& cov);

@@ -26,7 +26,7 @@ ProbeLine written_probe(const ProbeRequest& request) {
 
 Expected<ProbeLine> probe_line_of(const JsonLine& line) {
   PANELCAL_TRY(ProbeLine read, read_line(kProbeLine, line, kLineCode));
-  PANELCAL_CHECK(check_pattern(line));
+  PANELCAL_CHECK(check_pattern(line, read.request.file));
   for (const std::string_view key : {"zaxis", "height", "sigma"}) {
     if (line.has(key) == (read.status == ProbeStatus::Found)) continue;
     if (!line.has(key)) return failure(line.missing(key, kLineCode));

@@ -103,9 +103,11 @@ Expected<void> Session::finish(LedgerDraft draft,
     PANELCAL_CHECK(kind.date_of(text, options_.output));
     return write_file(options_.output, text);
   }
-  const bool installs = refusal_.empty();
+  // A trial that found nothing has no value to put in force, whatever speaks against it or not.
+  const bool has_value = draft.record.verdict != LedgerVerdict::Refused;
+  const bool installs = refusal_.empty() && has_value;
   draft.record.verdict = installs ? LedgerVerdict::Installed : LedgerVerdict::Refused;
-  if (!installs) draft.record.reason = refusal_;
+  if (!refusal_.empty()) draft.record.reason = refusal_;
   if (kind.has_file()) PANELCAL_CHECK(note_head(*ledger_, draft));
   // The ledger first: whatever happens then, it says which file should be there.
   PANELCAL_TRY(const LedgerEntry entry, ledger_->append(draft));

@@ -222,7 +222,7 @@ json number_of(std::string_view text) {
   double number = 0;
   // What no double holds is no number.
   if (std::from_chars(text.data(), end, number).ec == std::errc()) return number;
-  return std::string(text);
+  return json::object();  // which no key of a line takes
 }
 
 struct ValueOf {

@@ -30,6 +30,12 @@ LedgerValues picture_corner(double radius_px,
   return {value, by_parameters * cov * by_parameters.transpose()};
 }
 
+/// Of the picture; 0 of a camera that is not calibrated yet.
+double half_diagonal_px(const CameraCalibration* camera) {
+  return camera == nullptr ? 0
+                           : 0.5 * std::hypot(camera->picture_width_px, camera->picture_height_px);
+}
+
 /// The camera as it stands, or at a zoom level.
 class CameraKind final : public Calibration {
  public:
@@ -40,7 +46,8 @@ class CameraKind final : public Calibration {
         zoom_(zoom),
         mark_(nightly.mark.value_or(Position<frame::Machine>())),
         tool_(nightly.mark_tool),
-        limits_(nightly.limits) {}
+        limits_(nightly.limits),
+        radius_px_(half_diagonal_px(camera_at(*config_, zoom_))) {}
 
   LedgerKey key() const override { return camera_key(*config_, zoom_); }
   std::vector<std::string> axes() const override { return {"corner radius", "corner turn"}; }
@@ -49,7 +56,7 @@ class CameraKind final : public Calibration {
   }
   std::optional<Eigen::VectorXd> present() const override {
     const CameraModel::Parameters parameters = camera().model().parameters();
-    return picture_corner(radius_px(),
+    return picture_corner(radius_px_,
                           parameters.scale_mm_per_px,
                           parameters.rotation_rad,
                           Eigen::Matrix2d::Zero())
@@ -70,10 +77,6 @@ class CameraKind final : public Calibration {
 
  private:
   const CameraCalibration& camera() const { return *camera_at(*config_, zoom_); }
-  /// Half of the picture's diagonal.
-  double radius_px() const {
-    return 0.5 * std::hypot(camera().picture_width_px, camera().picture_height_px);
-  }
   std::vector<NightGate> gates_of(const CameraRun& run) const;
 
   std::shared_ptr<MachineConfig> config_;
@@ -81,13 +84,14 @@ class CameraKind final : public Calibration {
   Position<frame::Machine> mark_;
   int tool_;
   NightLimits limits_;
+  double radius_px_;  ///< the same all night, so that a new picture size changes no scale
 };
 
 std::optional<LedgerValues> CameraKind::value_of(const LedgerEntry& entry) const {
   constexpr std::array<std::string_view, 2> kNames = {"scale", "rotation"};
   const auto found = values_of(entry.record, kNames);
   if (!found) return std::nullopt;
-  return picture_corner(radius_px(), found->value[0], found->value[1], found->cov);
+  return picture_corner(radius_px_, found->value[0], found->value[1], found->cov);
 }
 
 /// By how much the two see the farthest corner elsewhere, tilt and lens included.
@@ -147,7 +151,7 @@ Expected<CalibrationResult> CameraKind::measure(const CalibrationDevices& device
   CalibrationResult out;
   PANELCAL_TRY(out.draft, camera_draft(*config_, run, words));
   const auto& parameters = run.fit.parameters;
-  const LedgerValues found = picture_corner(radius_px(),
+  const LedgerValues found = picture_corner(radius_px_,
                                             parameters.scale_mm_per_px,
                                             parameters.rotation_rad,
                                             run.fit.covariance.topLeftCorner<2, 2>());

@@ -348,6 +348,13 @@ TEST(MeasurementFile, TakesADigestInEitherCase) {
 TEST(MeasurementFile, RefusesADigestWithoutItsFile) {
   EXPECT_EQ(refusal(with("\"line\":7", "\"file_sha256\":\"" + sha256("") + "\",\"line\":7")),
             "m.jsonl:1:24: error[measurement-file]");
+  EXPECT_NE(refusal(with("\"line\":7",
+                         "\"file\":\"\",\"file_sha256\":\"" + sha256("") + "\",\"line\":7")),
+            "accepted");
+}
+
+TEST(MeasurementFile, RefusesANumberThatNoDoubleHoldsAsAText) {
+  EXPECT_NE(refusal(with("\"line\":7", "\"line\":7,\"reason\":1e999")), "accepted");
 }
 
 TEST(MeasurementFileSource, NoticesMeasurementsThatNobodyAskedFor) {
