@@ -22,11 +22,18 @@ Expected<std::optional<std::string>> Calibration::text_in_force(const Ledger& le
   return text;
 }
 
-Expected<bool> Calibration::is_installed(const Ledger& ledger) const {
-  if (file().empty()) return true;
-  PANELCAL_TRY(const std::optional<std::string> text, text_in_force(ledger));
+Expected<std::optional<std::string>> Calibration::missing_text(const Ledger& ledger) const {
+  std::optional<std::string> text;
+  if (file().empty()) return text;
+  PANELCAL_TRY(text, text_in_force(ledger));
   const Expected<std::string> present = read_file(file(), kMaxLedgerResultBytes);
-  return !text || (present && *present == *text);
+  if (text && present && *present == *text) text.reset();
+  return text;
+}
+
+Expected<bool> Calibration::is_installed(const Ledger& ledger) const {
+  PANELCAL_TRY(const std::optional<std::string> text, missing_text(ledger));
+  return !text;
 }
 
 /// Only what was never installed, and is not of the time before the first installation, was put
@@ -48,11 +55,8 @@ Expected<std::string> Calibration::by_hand(const Ledger& ledger) const {
 }
 
 Expected<bool> Calibration::write_in_force(const Ledger& ledger) const {
-  if (file().empty()) return false;
-  // Once: what is compared is what is written.
-  PANELCAL_TRY(const std::optional<std::string> text, text_in_force(ledger));
-  const Expected<std::string> present = read_file(file(), kMaxLedgerResultBytes);
-  if (!text || (present && *present == *text)) return false;
+  PANELCAL_TRY(const std::optional<std::string> text, missing_text(ledger));
+  if (!text) return false;
   PANELCAL_CHECK(date_of(*text, file().string()));
   PANELCAL_CHECK(write_file(file(), *text));
   return true;

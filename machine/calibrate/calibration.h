@@ -142,6 +142,11 @@ class Calibration {
   virtual std::string_view thing() const { return {}; }
   /// Measurements to come begin at what is in force.
   virtual Expected<void> begin_there(const Ledger& /*ledger*/) { return {}; }
+
+ private:
+  /// The text in force, where the file has another one or cannot be read; read once, so that what
+  /// is compared is what is written.
+  Expected<std::optional<std::string>> missing_text(const Ledger& ledger) const;
 };
 
 }  // namespace panelcal

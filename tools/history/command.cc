@@ -287,12 +287,6 @@ Expected<void> check_no_record(const std::string& output, const CommandContext& 
                   "a file of its own for each output"});
 }
 
-/// To a file whole or not at all, to standard output with "-"; nowhere without a name.
-Expected<void> write_to(const std::string& file, std::string_view bytes, CommandContext& context) {
-  if (file.empty()) return {};
-  return file == "-" ? context.output.write(bytes) : write_file(file, bytes);
-}
-
 Expected<void> history_answer(const HistoryOptions& options, CommandContext& context) {
   for (const std::string* const output : {&options.output, &options.json, &options.report}) {
     PANELCAL_CHECK(check_no_record(*output, context));
@@ -312,13 +306,13 @@ Expected<void> history_answer(const HistoryOptions& options, CommandContext& con
   PANELCAL_TRY(const std::string text, history.answer());
   if (history.wants_facts()) {
     const std::string document = facts::text(history.document());
-    PANELCAL_CHECK(write_to(options.json, document, context));
+    if (!options.json.empty()) PANELCAL_CHECK(context.output.write_to(options.json, document));
     const std::string title = "history of " + options.ledger;
     if (!options.report.empty()) {
-      PANELCAL_CHECK(write_to(options.report, page_html(title, document), context));
+      PANELCAL_CHECK(context.output.write_to(options.report, page_html(title, document)));
     }
   }
-  if (!options.output.empty()) return write_to(options.output, text, context);
+  if (!options.output.empty()) return context.output.write_to(options.output, text);
   // Standard output has one of them.
   return options.json == "-" || options.report == "-" ? Expected<void>()
                                                       : context.output.write(text);
