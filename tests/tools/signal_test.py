@@ -45,6 +45,9 @@ time.sleep(60)
 """
 # How long a test waits for what takes milliseconds.
 PATIENCE_S = 30
+# A stage has a second to halt, of which a busy machine may leave it nothing. What never halts in
+# time fails as often as it is asked.
+TRIES = 5
 
 
 def wait_for(path, child):
@@ -68,6 +71,16 @@ def interrupted(command, folder, number):
     assert time.monotonic() - began < 60, "the stage was waited for"
     assert (folder / "halted").exists(), f"the stage was not halted: {error}"
     return child.returncode, error
+
+
+def asked_again(check, *arguments):
+    for attempt in range(TRIES):
+        try:
+            return check(*arguments)
+        except AssertionError as error:
+            print(f"attempt {attempt + 1} of {TRIES}: {error}", file=sys.stderr)
+            if attempt + 1 == TRIES:
+                raise
 
 
 def is_alive(process):
@@ -136,13 +149,13 @@ def check_wrapper(panelcal, command, folder):
     config.write_text(config.read_text().replace("./stage.py", "./wrapper.sh"))
     write_stage(folder, WRAPPER, STAGE)
     for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
-        code, error = interrupted(command, folder, number)
+        code, error = asked_again(interrupted, command, folder, number)
         assert code == 128 + number, f"exit {code} after {number.name}: {error}"
     write_stage(folder, WRAPPER, SLOW)
-    check_relayed(command, folder)
+    asked_again(check_relayed, command, folder)
     write_stage(folder, WRAPPER, STUBBORN)
     for second in (None, signal.SIGTERM, signal.SIGINT):
-        check_stubborn(command, folder, second)
+        asked_again(check_stubborn, command, folder, second)
     check_time_limit(panelcal, folder)
 
 
@@ -170,7 +183,7 @@ def prepare_night(folder, root):
 
 def check_night(panelcal, folder):
     command = [panelcal, "nightly", "-m", "night.toml", "--clock", "2026-11-20T23:00:00Z"]
-    code, error = interrupted(command, folder, signal.SIGTERM)
+    code, error = asked_again(interrupted, command, folder, signal.SIGTERM)
     assert code == 128 + signal.SIGTERM, f"exit {code}: {error}"
     record = json.loads((folder / "reports/2026-11-20.json").read_text())
     assert not record["may_drill"], record
@@ -191,7 +204,7 @@ def main():
         command = [panelcal, "run", "panel.exc", "-m", "machine.toml", "--camera", "folder:images",
                    "-o", "out.drl"]
         for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
-            code, error = interrupted(command, folder, number)
+            code, error = asked_again(interrupted, command, folder, number)
             assert code == 128 + number, f"exit {code} after {number.name}: {error}"
             assert f"error[interrupted]: ended by a signal: {number.name}" in error, error
             assert output.read_text() == "the old one\n"
