@@ -242,7 +242,7 @@ class Screen(unittest.TestCase):
                 self.station.picture = picture(DISC_PX)
                 self.open(asking_without_search_window(), width_px)
                 self.shown(3)
-                # It means nothing as long as nobody aims.
+                # It means nothing until an aim is chosen.
                 self.click_disc()
                 self.arrived_at("search", self.click_disc("aim-search"))
 
