@@ -79,6 +79,12 @@ export function svg(tag, attributes = {}, ...children) {
   return made;
 }
 
+/** A sentence of the program, which is English on every page.
+ * @param {Child} text */
+export function english(text) {
+  return element("span", { lang: "en" }, text);
+}
+
 /**
  * A section with its heading, that links can name.
  * @param {string} id

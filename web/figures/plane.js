@@ -96,6 +96,7 @@ export class Plane {
     this.options = options;
     this.canvas = element("canvas", { role: "img", "aria-label": options.label });
     if (options.key || options.isMovable) this.canvas.tabIndex = 0;
+    if (options.press || options.isMovable) this.canvas.classList.add("dragged");
     this.hint = element("div", { class: "hint", hidden: true });
     this.node = element("div", { class: "plane" }, this.canvas, this.hint);
     this.context = preparedContext(this.canvas, 1, 1, options.isReadOften);
@@ -120,7 +121,9 @@ export class Plane {
     };
     const listeners = {
       pointerdown: (event) => this.press(event), pointermove: (event) => this.move(event), pointerup: release,
-      pointercancel: release, pointerleave: () => { this.hint.hidden = true; },
+      pointercancel: release,
+      // A finger leaves as soon as it is lifted; what it has touched stays said.
+      pointerleave: (event) => { this.hint.hidden = this.hint.hidden || event.pointerType !== "touch"; },
       keydown: (event) => {
         if (this.options.key?.(event) || (this.options.isMovable && this.key(event))) event.preventDefault();
       },
@@ -260,6 +263,14 @@ export class Plane {
     this.dragged = press?.(this.place(...pixel), this);
     if (isMovable) this.pointers.set(event.pointerId, pixel);
     if (this.dragged || isMovable) this.canvas.setPointerCapture(event.pointerId);
+    this.say(pixel);
+  }
+
+  /** Says what is at a pixel.
+   * @param {Point} pixel */
+  say(pixel) {
+    const [x, y] = pixel;
+    showHint(this.hint, this.options.hint?.(this.place(x, y), this), x, y, this.width);
   }
 
   /** @param {PointerEvent} event */
@@ -268,7 +279,7 @@ export class Plane {
     const pixel = this.pixelOf(event), at = this.place(...pixel), before = this.pointers.get(event.pointerId);
     this.dragged?.(at);
     if (before) this.follow(event.pointerId, before, pixel);
-    else showHint(this.hint, this.options.hint?.(at, this), ...pixel, this.width);
+    else this.say(pixel);
   }
 
   /**
@@ -278,6 +289,7 @@ export class Plane {
    * @param {Point} now
    */
   follow(id, before, now) {
+    this.hint.hidden = true;
     const other = [...this.pointers].find(([one]) => one !== id)?.[1];
     this.pointers.set(id, now);
     if (other) {

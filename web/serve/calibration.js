@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Calibrations and nights: start, watch, read the page of the morning, and the ledger with the way back.
-import { chip, element } from "../base/dom.js";
+import { chip, element, english } from "../base/dom.js";
 import { secondsOf, timeText } from "../base/format.js";
 import { word, wordOf } from "../base/words.js";
 import { actionButton, command, desk, fieldValue, form, isMine } from "./desk.js";
@@ -48,7 +48,7 @@ export function historyPart() {
   return [element("h2", {}, word("history_entries")),
     element("ul", { class: "history" }, history.slice(0, mostEntries).map((entry) => element("li", {},
       element("b", {}, wordOf("serve_kind", entry.kind)), " ", element("span", { class: "quiet" }, `${timeText(secondsOf(entry.when))} UTC`), " ",
-      entry.in_force && chip("good", word("history_in_force")), " ", element("span", { lang: "en" }, entry.words),
+      entry.in_force && chip("good", word("history_in_force")), " ", english(entry.words),
       isMine() && isFree() && !entry.in_force && rollBack(entry)))),
     history.length > mostEntries && element("p", { class: "quiet" }, word("serve_more_entries", { n: history.length - mostEntries }))];
 }

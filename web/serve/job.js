@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The job: from the choice of a program over its targets to the verdict and the program that is written.
-import { chip, element } from "../base/dom.js";
+import { chip, element, english } from "../base/dom.js";
 import { fixed, micrometres, place, secondsOf, timeText, whole } from "../base/format.js";
 import { word, wordOf } from "../base/words.js";
 import { panelArrows } from "../figures/panel_arrows.js";
@@ -94,7 +94,7 @@ export function targetsPart() {
       series.filter((one) => one.is_fitted).map((one) => element("li", {},
         chip(one.is_accepted ? "good" : "refused", word(one.is_accepted ? "pass" : "fail")), ` ${word("line")} ${one.line}`,
         one.path?.length > 0 && ` [${one.path.join(",")}]`, ", ", word("n_targets", { n: one.n_targets }), ": ",
-        element("span", { lang: "en" }, one.words)))),
+        english(one.words)))),
     element("ol", { class: "targets" }, targets.map(targetRow))];
 }
 

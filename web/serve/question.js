@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A target that was not found or is rejected: the job waits, and a person decides how it goes on.
-import { element, rowList } from "../base/dom.js";
+import { element, english, rowList } from "../base/dom.js";
 import { fixed, millimetres } from "../base/format.js";
 import { word, wordOf } from "../base/words.js";
 import { actionButton, command, desk, field, fieldValue, isMine, job } from "./desk.js";
@@ -98,8 +98,8 @@ export function questionPart(picture) {
   if (!job()?.question) return null;
   const { seq, reason, why_not: whyNot = {} } = job().question, target = job().targets.find((one) => one.seq === seq);
   return [
-    element("h2", { role: "alert" }, word("serve_question", { seq, line: target?.line ?? "" }), " ", element("span", { lang: "en" }, reason)),
+    element("h2", { role: "alert" }, word("serve_question", { seq, line: target?.line ?? "" }), " ", english(reason)),
     isMine() ? choices(picture) : element("p", {}, word("serve_question_elsewhere")),
-    rowList(Object.entries(whyNot ?? {}).map(([choice, why]) => [wordOf("serve_choice", choice), element("span", { lang: "en" }, why)]), "quiet"),
+    rowList(Object.entries(whyNot ?? {}).map(([choice, why]) => [wordOf("serve_choice", choice), english(why)]), "quiet"),
   ];
 }

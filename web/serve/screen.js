@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The operator's screen. It shows what the server says, and sends what the person who has the controls wants.
-import { element } from "../base/dom.js";
+import { element, english } from "../base/dom.js";
 import { language, speak, word } from "../base/words.js";
 import { calibrationPart, historyPart } from "./calibration.js";
 import { act, actionButton, connection, desk, field, fieldValue, form, isMine, job, openDesk, part } from "./desk.js";
@@ -34,7 +34,7 @@ function headPart() {
     speak(language() === "de" ? "en" : "de");
     showAll();
   };
-  return [element("h1", {}, element("b", {}, machine), " ", element("span", { lang: "en" }, source), ` \u00b7 panelcal ${panelcal}`),
+  return [element("h1", {}, element("b", {}, machine), " ", english(source), ` \u00b7 panelcal ${panelcal}`),
     element("button", { type: "button", id: "language", onclick: turn }, word("language_switch")),
     desk.condition === "locked" ? null : controlsText()];
 }

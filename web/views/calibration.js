@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A calibration made by hand: its values, what became of it, its residuals, and the map of a table.
-import { element, section, table, tile } from "../base/dom.js";
+import { element, english, section, table, tile } from "../base/dom.js";
 import { absolute, amount, fixed, micrometres, millimetres, place, probability, secondsOf, shortest, timeText, whole } from "../base/format.js";
 import { greatestSigma } from "../base/leverage.js";
 import { word, wordOf } from "../base/words.js";
@@ -14,8 +14,8 @@ const calibrationVerdicts = { refused: " hold", measured: " forced" };
 
 /** @param {string} key its end is the unit @param {any} value */
 function calibrationValue(key, value) {
-  if (Array.isArray(value) && typeof value[0] === "string") return value.map((one) => element("div", {}, one));
-  if (typeof value === "string") return value;
+  if (Array.isArray(value) && typeof value[0] === "string") return value.map((one) => element("div", { lang: "en" }, one));
+  if (typeof value === "string") return english(value);
   if (typeof value === "boolean") return word(value ? "calibration_yes" : "calibration_no");
   if (key.endsWith("chance")) return probability(value);
   if (key === "before_mm") return place(value);
@@ -104,7 +104,7 @@ export const calibrationView = {
     const lists = ["gates", "trend_over_coupon", "trend_over_picture", "samples", "aliases", "missed", "pictures_left_out"];
     return element("div", {}, element("h1", {}, document.title, " ", element("b", {}, facts.machine)),
       element("div", { class: `verdict${kind}` },
-        element("p", {}, element("b", {}, wordOf("calibration_verdict", facts.verdict)), facts.objection ? `: ${facts.objection}` : ""),
+        element("p", {}, element("b", {}, wordOf("calibration_verdict", facts.verdict)), facts.objection ? [": ", english(facts.objection)] : ""),
         element("dl", { class: "tiles" }, tile(word("history_time"), timeText(secondsOf(facts.time)), facts.kind),
           facts.ledger_entry ? tile(word("history_entry"), whole(facts.ledger_entry), "") : null)),
       facts.parameters.length > 0 ? calibratedValues(facts) : null,

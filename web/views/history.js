@@ -165,7 +165,7 @@ function jobSection(job) {
     word("history_arrows", { shown: whole(job.sample.length), all: whole(job.places) }),
     job.uniform ? "" : ` ${word("history_arrows_worst")}`),
     job.rout_moves_left_out ? element("p", { class: "quiet" }, word("history_no_routs")) : null,
-    job.notes.map((/** @type {string} */ note) => element("p", { class: "quiet text" }, note)));
+    job.notes.map((/** @type {string} */ note) => element("p", { class: "quiet text", lang: "en" }, note)));
 }
 
 function verifySection(verification) {
