@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-# cmake -D WEB=folder -D MODULES=a.js,b.js -D OUTPUT=file.cc -P bundle_web.cmake
+# cmake -D WEB=folder -D MODULES=a.js,b.js -D STYLES=a.css,b.css [-D PAGE=a.html] -D NAME=kFrontEnd
+#       -D HEADER=file.h -D OUTPUT=file.cc -P bundle_web.cmake
 #
-# Joins the modules of the front end to one script: the lines `import ... from` and the words `export`
-# go, since all top-level names are unique (tests/web/modules_test.py). Writes it and the style sheet
-# as C++. Needs nothing but CMake.
+# Joins the modules of a front end to one script: the lines `import ... from` and the words `export`
+# go, since all top-level names are unique (tests/web/modules_test.py). Writes it, the style sheets and
+# the page as the constants that the header declares: kFrontEndScript, kFrontEndStyle, kFrontEndPage.
+# Needs nothing but CMake.
 
 # Raw string literals of at most this many characters, which every compiler takes.
 set(PIECE 12000)
 
-function(append_literal text)
+function(append_constant name text)
+  file(APPEND "${OUTPUT}.new" "const std::string_view ${NAME}${name} =\n")
   string(LENGTH "${text}" length)
   set(at 0)
   while(at LESS length)
@@ -20,6 +23,7 @@ function(append_literal text)
     file(APPEND "${OUTPUT}.new" "R\"panelcal(${piece})panelcal\"\n")
     math(EXPR at "${at} + ${end}")
   endwhile()
+  file(APPEND "${OUTPUT}.new" ";\n\n")
 endfunction()
 
 string(REPLACE "," ";" MODULES "${MODULES}")
@@ -35,17 +39,25 @@ foreach(module IN LISTS MODULES)
   string(APPEND script "${text}")
 endforeach()
 string(APPEND script "})();\n")
-file(READ "${WEB}/style.css" style)
+string(REPLACE "," ";" STYLES "${STYLES}")
+foreach(sheet IN LISTS STYLES)
+  file(READ "${WEB}/${sheet}" text)
+  string(APPEND style "${text}")
+endforeach()
 # Markup that would end the script or the style sheet inside the page.
 if("${script}${style}" MATCHES "</script|</style|<!--|\\)panelcal\"")
   message(FATAL_ERROR "web/: \"${CMAKE_MATCH_0}\" cannot stand in a page; write it in two pieces")
 endif()
 
 file(WRITE "${OUTPUT}.new"
-     "// Made by cmake/bundle_web.cmake.\n#include \"tools/page/front_end.h\"\n\n"
-     "namespace panelcal {\n\nconst std::string_view kFrontEndScript =\n")
-append_literal("${script}")
-file(APPEND "${OUTPUT}.new" ";\n\nconst std::string_view kFrontEndStyle =\n")
-append_literal("${style}")
-file(APPEND "${OUTPUT}.new" ";\n\n}  // namespace panelcal\n")
+     "// Made by cmake/bundle_web.cmake.\n#include \"${HEADER}\"\n\n"
+     # The standard asks for no more than 65536 characters; every compiler that we use takes more.
+     "#pragma GCC diagnostic ignored \"-Woverlength-strings\"\n\nnamespace panelcal {\n\n")
+append_constant(Script "${script}")
+append_constant(Style "${style}")
+if(PAGE)
+  file(READ "${WEB}/${PAGE}" page)
+  append_constant(Page "${page}")
+endif()
+file(APPEND "${OUTPUT}.new" "}  // namespace panelcal\n")
 file(RENAME "${OUTPUT}.new" "${OUTPUT}")

@@ -30,3 +30,22 @@ set(PANELCAL_WEB_MODULES
     views/history.js
     views/night.js
     main.js)
+
+# The operator's screen: what it needs of the same modules, and its own.
+set(PANELCAL_SERVE_MODULES
+    base/dom.js
+    base/words.js
+    base/format.js
+    base/colours.js
+    base/columns.js
+    figures/pointed.js
+    figures/plane.js
+    figures/target_picture.js
+    figures/panel_arrows.js
+    serve/connection.js
+    serve/desk.js
+    serve/live_picture.js
+    serve/question.js
+    serve/job.js
+    serve/calibration.js
+    serve/screen.js)

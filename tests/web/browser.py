@@ -58,16 +58,22 @@ class Browser:
     def close(self):
         self.driver.quit()
 
-    def open(self, path, width=1280, dark=False):
-        """Shows a file; what the console says of it is an error."""
+    def open(self, path, width=1280, dark=False, quiet=True):
+        """Shows a file, or an address; what the console says of it is an error."""
         self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {
             "width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False})
         self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {
             "features": [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]})
-        self.driver.get(Path(path).resolve().as_uri())
+        self.driver.get(str(path) if str(path).startswith("http:") else Path(path).resolve().as_uri())
         self.settle()
         said = [line["message"] for line in self.driver.get_log("browser")]
-        assert not said, said
+        assert not (quiet and said), said
+
+    def forget(self):
+        """What a page has kept in this window, and its cookies."""
+        if self.driver.current_url.startswith("http:"):
+            self.run("sessionStorage.clear()")
+        self.driver.delete_all_cookies()
 
     def settle(self):
         """Figures draw themselves anew when they know their width: two frames later they have."""

@@ -13,20 +13,28 @@ ROOT = Path(sys.argv.pop())
 WEB = ROOT / "web"
 NAME = re.compile(r"^(?:export )?(?:async )?(?:function\*?|const|let|class) (?:(\w+)|\{([^}]*)\})", re.MULTILINE)
 IMPORT = re.compile(r'^import [^;]*from "([^"]*)";', re.MULTILINE)
-# Code and style; it only falls. The goal is 4,000.
-MAX_LINES = 4808
+# Code and style, with the operator's screen; it only falls. The goal is 4,000.
+MAX_LINES = 5831
 # A table of texts in two languages; its few functions count with it.
 WORDS = "base/words.js"
 # Keys that facts name, whose words may be those of another thing.
 NAMED_BY_FACTS = re.compile(r"(night_state|history_verdict|model|gate|surface_source|height|status|verdict|colour|cause|source|common"
-                            r"|chi_square|calibration_(?:row|list|verdict)|plan_reason|limit|targets?)_")
+                            r"|chi_square|calibration_(?:row|list|verdict)|plan_reason|limit|targets?|serve_(?:kind|job|run|way|choice|light))_")
 FORBIDDEN = ["innerHTML", "outerHTML", "insertAdjacentHTML", "document.write", "eval(", "new Function", "fetch(",
              "XMLHttpRequest", "DOMParser", "javascript:"]
 
 
+# The one module that speaks to a server.
+CONNECTION = "serve/connection.js"
+
+
+def bundles():
+    """The lists of modules that make a script each: the reports' and the operator's screen's."""
+    return [listed.split() for listed in re.findall(r"set\(PANELCAL_\w+_MODULES\s+([^)]*)\)", (WEB / "modules.cmake").read_text())]
+
+
 def modules():
-    listed = re.search(r"set\(PANELCAL_WEB_MODULES\s+([^)]*)\)", (WEB / "modules.cmake").read_text())
-    return listed[1].split()
+    return list(dict.fromkeys(name for bundle in bundles() for name in bundle))
 
 
 def read(name):
@@ -37,19 +45,26 @@ class Modules(unittest.TestCase):
     def test_all_are_in_the_list(self):
         files = {str(path.relative_to(WEB)) for path in WEB.rglob("*.js")}
         self.assertEqual(files, set(modules()))
-        self.assertEqual(len(modules()), len(set(modules())))
+        self.assertEqual(len(bundles()), 2)
+        for bundle in bundles():
+            self.assertEqual(len(bundle), len(set(bundle)))
 
     def test_top_level_names_are_unique(self):
-        owner = {}
-        for module in modules():
-            for one, several in NAME.findall(read(module)):
-                for name in filter(None, [one, *re.split(r"[\s,]+", several)]):
-                    self.assertNotIn(name, owner, f"{name} of {module} is also in {owner.get(name)}")
-                    owner[name] = module
+        for bundle in bundles():
+            owner = {}
+            for module in bundle:
+                for one, several in NAME.findall(read(module)):
+                    for name in filter(None, [one, *re.split(r"[\s,]+", several)]):
+                        self.assertNotIn(name, owner, f"{name} of {module} is also in {owner.get(name)}")
+                        owner[name] = module
 
     def test_imports_stand_before_who_needs_them(self):
+        for bundle in bundles():
+            self.check_imports(bundle)
+
+    def check_imports(self, bundle):
         seen = set()
-        for module in modules():
+        for module in bundle:
             for target in IMPORT.findall(read(module)):
                 path = str(((WEB / module).parent / target).resolve().relative_to(WEB.resolve()))
                 self.assertIn(path, seen, f"{module} imports {path}, which is not listed before it")
@@ -61,7 +76,8 @@ class Modules(unittest.TestCase):
     def test_no_text_becomes_markup_and_nothing_is_loaded(self):
         for module in modules():
             for word in FORBIDDEN:
-                self.assertNotIn(word, read(module), module)
+                if (word, module) != ("fetch(", CONNECTION):
+                    self.assertNotIn(word, read(module), module)
 
     def test_every_word_has_both_languages(self):
         text = read("base/words.js")

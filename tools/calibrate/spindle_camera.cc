@@ -16,6 +16,7 @@
 #include "tools/calibrate/session.h"
 #include "tools/calibrate/spindle_answer.h"
 #include "tools/cli/operator_prompt.h"
+#include "tools/cli/provenance.h"
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -160,6 +161,8 @@ class SpindleCamera {
 
 Expected<Answer> spindle_camera(const CalibrateOptions& options, CommandContext& context) {
   PANELCAL_TRY(Session session, Session::begin(options));
+  // The rows of a coupon have a name, too.
+  session.words().asked_by = asking_person(options.asked_by);
   return SpindleCamera(options, context, std::move(session)).answer();
 }
 

@@ -148,21 +148,17 @@ Expected<void> write(const Located& located,
 
 }  // namespace
 
-ExitCode run_command(const LocateCommandOptions& options, CommandContext& context) {
+Expected<Answer> run_command(const LocateCommandOptions& options, CommandContext& context) {
   if (options.suggests) return internal::suggest(options, context);
-  const auto search = prepare(options, context);
-  if (!search) {
-    context.console.print(search.error());
-    return exit_code(search.error());
-  }
+  PANELCAL_TRY(const Search search, prepare(options, context));
   DiagnosticLog log;
   CommonScale scale;
   bool is_refused = false;
   const auto pool = make_thread_pool(options.n_threads, options.images.size());
-  const auto make = [&](std::size_t i) { return locate_one(options.images[i], options, *search); };
+  const auto make = [&](std::size_t i) { return locate_one(options.images[i], options, search); };
   const auto take = [&](std::size_t i, const Expected<Located>& located) {
     const Expected<void> done =
-        located ? write(*located, i, *search, context) : failure(located.error());
+        located ? write(*located, i, search, context) : failure(located.error());
     if (located) {
       scale.add(located->detection);
       is_refused |= located->detection.status != DetectionStatus::Found;
@@ -177,7 +173,7 @@ ExitCode run_command(const LocateCommandOptions& options, CommandContext& contex
   if (is_refused) {
     if (const auto warning = scale.warning(options.machine)) context.console.print(*warning);
   }
-  return exit_code(log);
+  return Answer{{}, exit_code(log)};
 }
 
 }  // namespace panelcal

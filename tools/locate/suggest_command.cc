@@ -92,23 +92,16 @@ Expected<void> keep(Suggested suggested,
 
 }  // namespace
 
-ExitCode suggest(const LocateCommandOptions& options, CommandContext& context) {
-  const auto refuse = [&](const Diagnostic& problem) {
-    context.console.print(problem);
-    return exit_code(problem);
-  };
-  const auto facts = picture_facts(options);
-  if (!facts) return refuse(facts.error());
+Expected<Answer> suggest(const LocateCommandOptions& options, CommandContext& context) {
+  PANELCAL_TRY(const PictureFacts facts, picture_facts(options));
   std::vector<Path> overlays;
   if (!options.overlay.empty()) {
-    auto paths = make_overlay_paths(options, context);
-    if (!paths) return refuse(paths.error());
-    overlays = *std::move(paths);
+    PANELCAL_TRY(overlays, make_overlay_paths(options, context));
   }
   DiagnosticLog log;
   std::vector<PictureMarks> pictures;
   const auto pool = make_thread_pool(options.n_threads, options.images.size());
-  const auto make = [&](std::size_t i) { return look_at(options.images[i], options, *facts); };
+  const auto make = [&](std::size_t i) { return look_at(options.images[i], options, facts); };
   const auto take = [&](std::size_t i, Expected<Suggested> suggested) {
     const Path* const overlay = overlays.empty() ? nullptr : &overlays[i];
     const Expected<void> done =
@@ -120,12 +113,8 @@ ExitCode suggest(const LocateCommandOptions& options, CommandContext& context) {
     return done.error().code != Code::DeviceWrite;
   };
   make_in_order(pool.get(), options.images.size(), make, take);
-  if (!options.json && !pictures.empty()) {
-    if (const auto done = context.output.write(suggestion_toml(pictures, facts->pixel)); !done) {
-      return refuse(done.error());
-    }
-  }
-  return exit_code(log);
+  return Answer{pictures.empty() ? std::string() : suggestion_toml(pictures, facts.pixel),
+                exit_code(log)};
 }
 
 }  // namespace panelcal::internal

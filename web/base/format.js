@@ -156,3 +156,14 @@ export function absolute(value, unit) {
   if (value === null || value === undefined || !Number.isFinite(value)) return unknown;
   return unit === "mm" ? millimetres(value, 4) : withUnit(shortest(value), unit === "1" ? "" : unit);
 }
+
+/** "2026-11-21 03:10" (UTC).
+ * @param {number} time_s */
+export function timeText(time_s) {
+  return new Date(1000 * time_s).toISOString().slice(0, 16).replace("T", " ");
+}
+
+/** @param {string} iso */
+export function secondsOf(iso) {
+  return Date.parse(iso) / 1000;
+}

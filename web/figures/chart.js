@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A chart of values over time, or over minutes, that says each point where one points at it.
 import { element, svg } from "../base/dom.js";
-import { decimalsOf, fixed, roundLevels } from "../base/format.js";
+import { decimalsOf, fixed, roundLevels, timeText } from "../base/format.js";
 import { pointedFigure } from "./pointed.js";
 
 /**
@@ -26,17 +26,6 @@ const plainHeight = 240;
 const laneHeight = 40;
 const boxHalfWidth = 6;
 const timeSteps_s = [1, 3, 6, 12, 24, 48, 168, 336, 720, 2184, 4368, 8760, 17520].map((hours) => 3600 * hours);
-
-/** "2026-11-21 03:10" (UTC).
- * @param {number} time_s */
-export function timeText(time_s) {
-  return new Date(1000 * time_s).toISOString().slice(0, 16).replace("T", " ");
-}
-
-/** @param {string} iso */
-export function secondsOf(iso) {
-  return Date.parse(iso) / 1000;
-}
 
 /** @param {number[]} values */
 function spanOf(values) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // One value over nights or entries of a ledger, against the one in force now.
-import { absolute, amount, fixed, shownUnit } from "../base/format.js";
+import { absolute, amount, fixed, secondsOf, shownUnit, timeText } from "../base/format.js";
 import { word } from "../base/words.js";
-import { chart, chartLegend, secondsOf, timeText } from "./chart.js";
+import { chart, chartLegend } from "./chart.js";
 
 /**
  * A value that was found: `state` in words, `who` and `entry` of its place in the ledger, `inForce` the

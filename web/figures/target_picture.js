@@ -5,8 +5,8 @@ import { element, svg } from "../base/dom.js";
 import { word } from "../base/words.js";
 import { fixed } from "../base/format.js";
 
-/** Chi square of two degrees of freedom that 5 % exceed. */
-const ellipse95 = Math.sqrt(5.991);
+/** Of one standard deviation: chi square of two degrees of freedom exceeds its square in 5 %. */
+export const ellipse95 = Math.sqrt(5.991);
 
 /**
  * Half axes and direction of the 95 % ellipse of a covariance.
@@ -20,6 +20,16 @@ export function ellipseOf([xx, xy, yy]) {
     minor: ellipse95 * Math.sqrt(Math.max(0, mean - span)),
     angle_deg: 0.5 * Math.atan2(2 * xy, xx - yy) * 180 / Math.PI,
   };
+}
+
+/**
+ * How many times larger an ellipse is drawn in a picture, so that it is seen; 0 if there is none.
+ * @param {number} major its longer half axis
+ * @param {number} side of the picture
+ */
+export function magnificationOf(major, side) {
+  const times = 10 ** Math.floor(Math.log10(side / 5 / major));
+  return major > 0 && Number.isFinite(times) ? Math.max(1, times) : 0;
 }
 
 /** @param {number[]} flat x and y in turn */
@@ -56,8 +66,8 @@ export function targetPicture(crop, source, label, isGood, isLarge) {
     const arm = side / 28;
     children.push(svg("path", { class: kind, d: `M${x - arm} ${y}h${2 * arm}M${x} ${y - arm}v${2 * arm}` }));
     const ellipse = ellipseOf(crop.covariance_px2);
-    magnified = ellipse.major > 0 ? Math.max(1, 10 ** Math.floor(Math.log10(side / 5 / ellipse.major))) : 0;
-    if (magnified > 0 && Number.isFinite(magnified)) {
+    magnified = magnificationOf(ellipse.major, side);
+    if (magnified > 0) {
       children.push(svg("ellipse", {
         class: "ellipse", cx: x, cy: y, rx: magnified * ellipse.major, ry: magnified * ellipse.minor,
         transform: `rotate(${ellipse.angle_deg} ${x} ${y})`,

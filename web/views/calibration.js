@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // A calibration made by hand: its values, what became of it, its residuals, and the map of a table.
 import { element, section, table, tile } from "../base/dom.js";
-import { absolute, amount, fixed, micrometres, millimetres, place, probability, shortest, whole } from "../base/format.js";
+import { absolute, amount, fixed, micrometres, millimetres, place, probability, secondsOf, shortest, timeText, whole } from "../base/format.js";
 import { greatestSigma } from "../base/leverage.js";
 import { word, wordOf } from "../base/words.js";
-import { secondsOf, timeText } from "../figures/chart.js";
 import { fieldAt, fieldOf } from "../figures/field.js";
 import { focusCurve } from "../figures/job_charts.js";
 import { panelArrows } from "../figures/panel_arrows.js";
@@ -28,7 +27,7 @@ function calibrationValue(key, value) {
 /** Figures of the fit: what is no list and no object of its own.
  * @param {any} part */
 function calibrationRows(part) {
-  const isRow = (/** @type {any} */ value) => value !== null && value !== "" &&
+  const isRow = (value) => value !== null && value !== "" &&
     (typeof value !== "object" || (Array.isArray(value) && value.length > 0 && typeof value[0] !== "object"));
   return element("dl", { class: "rows" }, Object.entries(part).filter(([, value]) => isRow(value)).map(([key, value]) =>
     [element("dt", {}, wordOf("calibration_row", key)), element("dd", {}, calibrationValue(key, value))]));
@@ -38,7 +37,7 @@ function calibrationRows(part) {
 function calibratedValues(facts) {
   return section("values", word("calibration_values"), table(
     [{ title: word("history_parameter") }, { title: word("value"), number: true }, { title: word("sigma"), number: true }],
-    facts.parameters.map((/** @type {any} */ one, /** @type {number} */ i) =>
+    facts.parameters.map((one, i) =>
       [one.name, absolute(one.value, one.unit), facts.covariance ? amount(Math.sqrt(facts.covariance[i][i]), one.unit) : "\u2013"])));
 }
 
@@ -52,9 +51,9 @@ function vectorText(vector_um) {
 function calibrationResiduals(facts, part) {
   if (!part.residuals?.length) return null;
   const isCamera = facts.kind === "camera";
-  const scale_mm = isCamera ? facts.parameters.find((/** @type {any} */ one) => one.name === "scale").value : 1;
+  const scale_mm = isCamera ? facts.parameters.find((one) => one.name === "scale").value : 1;
   const [width_px, height_px] = part.picture_px ?? [0, 0];
-  const places = part.residuals.map((/** @type {any} */ one) => {
+  const places = part.residuals.map((one) => {
     const [x, y] = one.at_px ?? [], [u, v] = one.residual_px ?? [];
     const at_mm = isCamera ? [scale_mm * x, scale_mm * (height_px - y)] : one.at_mm ?? one.drilled_mm;
     const vector_um = isCamera ? [1e3 * scale_mm * u, -1e3 * scale_mm * v] : one.residual_um;
@@ -92,7 +91,7 @@ function calibrationList(part, key) {
   if (rows.length === 0) return null;
   const names = Object.keys(rows[0]);
   return section(key, wordOf("calibration_list", key), table(names.map((name) => ({ title: wordOf("calibration_row", name), text: ["reason", "text"].includes(name) })),
-    rows.map((/** @type {any} */ row) => names.map((name) => calibrationValue(name, row[name])))));
+    rows.map((row) => names.map((name) => calibrationValue(name, row[name])))));
 }
 
 export const calibrationView = {
@@ -115,7 +114,7 @@ export const calibrationView = {
       section("figures", word("calibration_figures"), calibrationRows(part)), lists.map((key) => calibrationList(part, key)),
       part.change ? differencePage(part.change) : null,
       section("origin", word("origin"), element("dl", { class: "rows" },
-        [...Object.entries(facts.provenance), ...facts.inputs.map((/** @type {any} */ input) => [input.name, input.sha256])].map(([key, value]) =>
+        [...Object.entries(facts.provenance), ...facts.inputs.map((input) => [input.name, input.sha256])].map(([key, value]) =>
           [element("dt", {}, key), element("dd", { class: "mono" }, value)]))));
   },
 };

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pages of a ledger: its entries over time, one entry, and what a change of calibration does to a job.
 import { chip, element, number, rowList, section, table, tile, unfolding } from "../base/dom.js";
-import { absolute, amount, fixed, micrometres, place, whole } from "../base/format.js";
+import { absolute, amount, fixed, micrometres, place, secondsOf, timeText, whole } from "../base/format.js";
 import { word, wordOf } from "../base/words.js";
-import { chart, chartLegend, secondsOf, timeText } from "../figures/chart.js";
+import { chart, chartLegend } from "../figures/chart.js";
 import { nightsChart, nightsLegend } from "../figures/nights.js";
 import { panelArrows } from "../figures/panel_arrows.js";
 import { differencePage } from "./surface.js";

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page of the morning: may the machine drill, what has moved, and every calibration of the night.
 import { chip, element, number, rowList, section, table, tile } from "../base/dom.js";
-import { absolute, amount, fixed, millimetres, place, whole } from "../base/format.js";
+import { absolute, amount, fixed, millimetres, place, secondsOf, timeText, whole } from "../base/format.js";
 import { word, wordOf } from "../base/words.js";
 import { panelArrows } from "../figures/panel_arrows.js";
-import { chart, secondsOf, timeText } from "../figures/chart.js";
+import { chart } from "../figures/chart.js";
 import { fieldOf } from "../figures/field.js";
 import { nightsChart, nightsLegend } from "../figures/nights.js";
 import { residualFigure, zoneFigure } from "../figures/surface_map.js";

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "tools/surface/commands/subcommand.h"
+
 #include <algorithm>
 #include <functional>
 #include <optional>
@@ -13,25 +15,13 @@
 #include "machine/job/walk_terms.h"
 #include "tools/cli/output_paths.h"
 #include "tools/cli/process/version.h"
-#include "tools/page/page.h"
-#include "tools/surface/commands/subcommand.h"
 #include "tools/surface/commands/void_sink.h"
 #include <fmt/format.h>
 
-namespace panelcal {
-namespace surface {
+namespace panelcal::surface {
 
 Diagnostic usage(const std::string& command, std::string what, std::string expected) {
   return {Code::Usage, {command, 0, 0}, std::move(what), std::move(expected)};
-}
-
-Expected<void> check_extension(const std::string& command,
-                               const std::string& name,
-                               std::string_view extension) {
-  if (name.empty() || extension_of(name) == extension) return {};
-  return failure(usage(command,
-                       "no format belongs to the output's name " + quoted(name),
-                       "a name that ends in " + std::string(extension)));
 }
 
 Provenance provenance_of(const CommandContext& context, std::span<const std::string> files) {
@@ -45,20 +35,6 @@ Provenance provenance_of(const CommandContext& context, std::span<const std::str
     if (const auto bytes = read_file(file)) out.emplace_back("sha256 " + file, sha256(*bytes));
   }
   return out;
-}
-
-Expected<std::string> with_facts(const SurfaceOptions& options,
-                                 const std::function<facts::Json()>& make,
-                                 const std::string& title,
-                                 std::string text) {
-  if (options.json.empty() && options.report.empty()) return text;
-  std::string document = facts::text(make());
-  if (!options.report.empty()) {
-    PANELCAL_CHECK(write_file(options.report, page_html(title, document)));
-  }
-  if (options.json == "-") return document;
-  if (!options.json.empty()) PANELCAL_CHECK(write_file(options.json, document));
-  return text;
 }
 
 namespace {
@@ -163,40 +139,4 @@ Expected<StoredMap> read_zone_of(const std::string& file,
   return stored.zone(i_zone);
 }
 
-namespace {
-
-Expected<Answer> surface_answer(const SurfaceOptions& options, CommandContext& context) {
-  switch (options.what) {
-    case SurfaceOptions::What::Fit:
-      return fit(options, context);
-    case SurfaceOptions::What::Query:
-      return query(options, context);
-    case SurfaceOptions::What::Diff:
-      return diff(options, context);
-    case SurfaceOptions::What::Plan:
-      return plan(options, context);
-    case SurfaceOptions::What::Apply:
-      return apply(options, context);
-    case SurfaceOptions::What::Export:
-      return export_map(options, context);
-  }
-  return Answer{};
-}
-
-}  // namespace
-}  // namespace surface
-
-ExitCode run_command(const SurfaceOptions& options, CommandContext& context) {
-  const auto fail = [&](const Diagnostic& diagnostic) {
-    context.console.print(diagnostic);
-    return exit_code(diagnostic);
-  };
-  const Expected<surface::Answer> answer = surface::surface_answer(options, context);
-  if (!answer) return fail(answer.error());
-  if (const auto written = context.output.write(answer->text); !written) {
-    return fail(written.error());
-  }
-  return answer->code;
-}
-
-}  // namespace panelcal
+}  // namespace panelcal::surface
