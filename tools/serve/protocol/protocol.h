@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "tools/serve/http/message.h"
+#include "tools/serve/protocol/connection_limits.h"
+#include "tools/serve/protocol/tls_identity.h"
+
+// The part of HTTP and TLS that libraries do. In the program these functions come from a module
+// (tools/modules/http_on_demand.cc).
+namespace panelcal::serve {
+
+/// Serves the requests of one connection, until one side closes it. Blocks; the socket stays open.
+///
+/// In     socket: connected, non-blocking; shutdown() from another thread ends it soon
+///        identity: null: without TLS
+void serve_connection(int socket,
+                      TlsIdentity* identity,
+                      HttpService& service,
+                      const ConnectionLimits& limits);
+
+}  // namespace panelcal::serve
