@@ -57,4 +57,9 @@ struct JobFactsInput {
   std::vector<std::pair<std::string, std::string>> provenance;  ///< origin of this: key, value
 };
 
+struct JobResult;
+
+/// What a result says by itself; it outlives the facts.
+JobFactsInput facts_input(const JobResult& result);
+
 }  // namespace panelcal
