@@ -23,6 +23,7 @@ struct Answer {
   Choice choice = Choice::Again;
   std::optional<Eigen::Vector2d> at_px;  ///< Search, Hand: of the picture shown
   std::optional<std::size_t> index;      ///< Candidate
+  std::optional<std::uint64_t> frame;    ///< Search, Hand: the number of that picture
   std::optional<double> lamp;            ///< Again
   std::string who;
 };

@@ -87,11 +87,4 @@ bool Desk::is_stopped_by_person() const {
   return wants_stop_;
 }
 
-void Desk::forget_words() {
-  const std::scoped_lock lock(mutex_);
-  answer_.reset();
-  jog_mm_.reset();
-  wants_stop_ = false;
-}
-
 }  // namespace panelcal::internal

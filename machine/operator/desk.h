@@ -59,7 +59,13 @@ class Desk {
 
   // What people tell the machine thread. Of these, the first three only from within a
   // try_change(), so that what is told suits the screen.
-  void give_work(Command command) { work_ = std::move(command); }
+  void give_work(Command command) {
+    // Words to another job are forgotten.
+    answer_.reset();
+    jog_mm_.reset();
+    wants_stop_ = false;
+    work_ = std::move(command);
+  }
   void answer(Answer answer) { answer_ = std::move(answer); }
   void jog(const Eigen::Vector2d& by_mm) {
     jog_mm_ = jog_mm_.value_or(Eigen::Vector2d(0, 0)) + by_mm;
@@ -82,8 +88,6 @@ class Desk {
   /// A person has stopped the job, or the station closes.
   bool must_stop() const;
   bool is_stopped_by_person() const;
-  /// A job begins: words to another one are forgotten.
-  void forget_words();
 
  private:
   void note_change() {

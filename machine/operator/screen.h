@@ -67,6 +67,12 @@ struct ScreenQuestion {
   std::vector<ScreenCandidate> candidates;
   std::vector<std::string> choices;
   std::map<std::string, std::string> why_not;  ///< of the other choices
+  // Not in the document: terms of a jog.
+  double jog_limit_mm = 0;  ///< of all jogs together
+  Eigen::Vector2d jogged_mm = Eigen::Vector2d::Zero();
+  std::string why_no_jog;         ///< empty: it may
+  std::uint64_t first_frame = 0;  ///< that shows the place since the last jog
+  bool is_jogging = false;        ///< a jog was ordered, and its picture is still to come
 };
 
 struct ScreenVerdict {
@@ -111,6 +117,9 @@ struct ScreenJob {
   bool has_facts = false;
   std::vector<std::string> outputs;
   std::optional<std::int64_t> n_holes;
+  // Not in the document:
+  std::string program_sha256;  ///< of what was checked
+  std::string output_format;   ///< "excellon", "sieb-meyer"
 };
 
 struct ScreenEllipse {

@@ -16,6 +16,8 @@
 
 namespace panelcal {
 
+struct NightRecord;
+
 /// Larger programs are refused.
 inline constexpr std::size_t kMaxProgramBytes = std::size_t{64} << 20;
 /// Larger commands are refused.
@@ -34,6 +36,8 @@ struct StationSettings {
                             std::string_view facts,
                             const std::map<std::string, std::string>& pictures)>
       page = {};
+  /// Makes the page of a night; empty: calibrations have no page.
+  std::function<std::string(const NightRecord&)> night_page = {};
   Clock clock = {};           ///< empty: the computer's
   std::string software = {};  ///< "panelcal 0.1.0", for the ledger and the outputs
 };
@@ -92,7 +96,7 @@ class Station {
   Expected<void> add_program(const std::string& name, std::string_view bytes);
 
   /// A file of a job: "report.html", "output", "facts.json", "measurements.jsonl" or
-  /// "picture-SEQ.jpg".
+  /// "picture-SEQ.jpg"; of "night", the last calibration that was made here, "report.html".
   ///
   /// Fails  usage (another name); file-unreadable
   Expected<std::string> job_file(const std::string& job_id, const std::string& name) const;
