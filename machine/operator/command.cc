@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "calib/base/json/strict_json.h"
-#include "machine/operator/station.h"
+#include "machine/operator/settings.h"
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 

@@ -3,7 +3,7 @@
 
 namespace panelcal::internal {
 
-Station::State Desk::state() const {
+ShownState Desk::state() const {
   const std::scoped_lock lock(mutex_);
   if (text_.number != number_) {
     text_ = {number_, to_json(screen_)};

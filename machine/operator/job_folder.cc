@@ -30,7 +30,7 @@ constexpr std::string_view kChoicesName = "choices.jsonl";
 constexpr std::size_t kMaxRecordBytes = std::size_t{1} << 20;
 constexpr std::size_t kDayLength = 10;  // of "2026-11-27"
 
-Diagnostic write_problem(const std::filesystem::path& file, int error) {
+Diagnostic journal_problem(const std::filesystem::path& file, int error) {
   return {Code::DeviceWrite, {file.string(), 0, 0}, std::system_category().message(error), ""};
 }
 
@@ -40,10 +40,10 @@ Expected<void> append_line(int fd, const std::filesystem::path& file, std::strin
   for (std::string_view left = line; !left.empty();) {
     const ssize_t n = ::write(fd, left.data(), left.size());
     if (n < 0 && errno == EINTR) continue;
-    if (n < 0) return failure(write_problem(file, errno));
+    if (n < 0) return failure(journal_problem(file, errno));
     left.remove_prefix(static_cast<std::size_t>(n));
   }
-  if (::fdatasync(fd) != 0) return failure(write_problem(file, errno));
+  if (::fdatasync(fd) != 0) return failure(journal_problem(file, errno));
   return {};
 }
 
@@ -51,14 +51,14 @@ Expected<void> append_line(int fd, const std::filesystem::path& file, std::strin
 Expected<int> open_journal(const std::filesystem::path& file) {
   constexpr mode_t kMode = 0666;
   const int fd = ::open(file.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | O_NOFOLLOW, kMode);
-  if (fd < 0) return failure(write_problem(file, errno));
+  if (fd < 0) return failure(journal_problem(file, errno));
   const Expected<std::string> text = read_file(file, kMaxMeasurementBytes);
   const std::size_t whole = text ? text->rfind('\n') + 1 : 0;  // npos + 1 is 0
   const bool is_cut = text && whole < text->size();
   if (text && (!is_cut || ::ftruncate(fd, static_cast<off_t>(whole)) == 0)) return fd;
   const int error = errno;
   ::close(fd);
-  return failure(text ? write_problem(file, error) : text.error());
+  return failure(text ? journal_problem(file, error) : text.error());
 }
 
 std::string record_text(const JobRecord& record) {
@@ -71,7 +71,10 @@ std::string record_text(const JobRecord& record) {
   out["who"] = record.who;
   out["started"] = record.started;
   out["state"] = name(record.state);
+  out["verdict"] = record.verdict;
+  out["n_holes"] = record.n_holes ? Json(*record.n_holes) : Json();
   out["outputs"] = record.outputs;
+  out["is_closed"] = record.is_closed;
   return facts::text(out);
 }
 
@@ -88,6 +91,7 @@ Expected<JobRecord> record_of(const std::filesystem::path& file) {
                                   std::pair("program_sha256", &record.program_sha256),
                                   std::pair("machine_sha256", &record.machine_sha256),
                                   std::pair("source", &record.source),
+                                  std::pair("verdict", &record.verdict),
                                   std::pair("who", &record.who),
                                   std::pair("started", &record.started)}) {
     if (!json.contains(key) || !json[key].is_string()) return refuse();
@@ -98,6 +102,10 @@ Expected<JobRecord> record_of(const std::filesystem::path& file) {
       has_state ? job_state_from_name(json["state"].get<std::string>()) : std::nullopt;
   if (!state || !json.contains("outputs") || !json["outputs"].is_array()) return refuse();
   record.state = *state;
+  const bool has_holes = json.contains("n_holes") && json["n_holes"].is_number_integer();
+  if (has_holes) record.n_holes = json["n_holes"].get<std::int64_t>();
+  const bool has_closed = json.contains("is_closed") && json["is_closed"].is_boolean();
+  record.is_closed = has_closed && json["is_closed"].get<bool>();
   for (const auto& output : json["outputs"]) {
     if (!output.is_string()) return refuse();
     record.outputs.push_back(output.get<std::string>());
@@ -137,7 +145,7 @@ Expected<JobFolder> JobFolder::create(const std::filesystem::path& jobs, JobReco
   const std::filesystem::path folder = jobs / record.id;
   std::error_code error;
   if (!std::filesystem::create_directory(folder, error)) {
-    if (error) return failure(write_problem(folder, error.value()));
+    if (error) return failure(journal_problem(folder, error.value()));
     return failure(refused("job " + record.id + " is there already", "the program opened again"));
   }
   JobFolder out(folder, std::move(record));
@@ -215,7 +223,7 @@ Expected<void> JobFolder::append(const JobChoice& choice) {
 
 Expected<void> JobFolder::begin_anew(JobRecord record) {
   if (::ftruncate(measurements_fd_, 0) != 0 || ::fdatasync(measurements_fd_) != 0) {
-    return failure(write_problem(file(kMeasurementsName), errno));
+    return failure(journal_problem(file(kMeasurementsName), errno));
   }
   record_ = std::move(record);
   return write_record();
@@ -223,6 +231,19 @@ Expected<void> JobFolder::begin_anew(JobRecord record) {
 
 Expected<void> JobFolder::set_state(JobState state) {
   record_.state = state;
+  return write_record();
+}
+
+Expected<void> JobFolder::conclude(JobState state,
+                                   const std::string& verdict,
+                                   std::optional<std::int64_t> n_holes) {
+  record_.verdict = verdict;
+  record_.n_holes = n_holes;
+  return set_state(state);
+}
+
+Expected<void> JobFolder::close() {
+  record_.is_closed = true;
   return write_record();
 }
 

@@ -24,10 +24,13 @@ struct JobRecord {
   std::string who;             ///< has started it
   std::string started;         ///< ISO 8601, UTC
   JobState state = JobState::Measuring;
+  std::string verdict;                  ///< in words, when it has ended
+  std::optional<std::int64_t> n_holes;  ///< of a job that was executed
   std::vector<std::string> outputs;
+  bool is_closed = false;  ///< a person has done with it
 };
 
-/// What a person has decided, as the job's record keeps it.
+/// A decision of a person, as the job's record keeps it.
 struct JobChoice {
   std::int64_t seq = 0;
   std::string what;  ///< in words
@@ -56,7 +59,7 @@ class JobFolder {
   const JobRecord& record() const { return record_; }
   std::filesystem::path file(std::string_view name) const { return folder_ / name; }
 
-  /// What was measured, in the order of the measuring; empty where a line is no measurement.
+  /// All measurements, in the order of the measuring; empty where a line is no measurement.
   std::vector<Measurement> measurements() const;
   std::vector<JobChoice> choices() const;
 
@@ -66,6 +69,11 @@ class JobFolder {
   /// All targets are measured anew, with what the record says of program, machine and source.
   Expected<void> begin_anew(JobRecord record);
   Expected<void> set_state(JobState state);
+  /// The same of a job that has ended.
+  Expected<void> conclude(JobState state,
+                          const std::string& verdict,
+                          std::optional<std::int64_t> n_holes);
+  Expected<void> close();
   Expected<void> add_output(const std::string& name);
 
  private:

@@ -34,7 +34,7 @@ Expected<MachineConfig> machine_with_nights(const StationSettings& settings) {
                   "a table [nightly] (docs/howto/nightly.md)"});
 }
 
-Expected<void> check_ledger(const MachineConfig& config) {
+Expected<void> require_ledger(const MachineConfig& config) {
   std::error_code ignored;
   const bool is_there =
       !config.ledger_file.empty() && std::filesystem::exists(config.ledger_file, ignored);
@@ -52,7 +52,7 @@ Expected<NightRecord> calibrate(const StationSettings& settings,
   PANELCAL_TRY(MachineConfig config, machine_with_nights(settings));
   NightlyConfig nightly = *config.nightly;
   if (kind != kNight) nightly.calibrate = {kind};
-  if (config.ledger_file.empty()) return failure(check_ledger(config).error());
+  if (config.ledger_file.empty()) return failure(require_ledger(config).error());
   // Before a device is opened: another run may be using it.
   PANELCAL_TRY(const NightLock lock, NightLock::take(config.ledger_file, settings.clock()));
   PANELCAL_TRY(const DeviceSet devices,
@@ -126,7 +126,7 @@ Expected<void> roll_back(const StationSettings& settings,
                          const std::string& reason,
                          const std::string& who) {
   PANELCAL_TRY(MachineConfig config, machine_with_nights(settings));
-  PANELCAL_CHECK(check_ledger(config));
+  PANELCAL_CHECK(require_ledger(config));
   const auto known = ledger_kind(kind);
   if (!known) {
     return failure(
@@ -157,7 +157,7 @@ Expected<void> roll_back(const StationSettings& settings,
 std::vector<ScreenHistory> history_of(const StationSettings& settings) {
   std::vector<ScreenHistory> out;
   const auto config = read_machine_config(settings.machine_file);
-  if (!config || !check_ledger(*config)) return out;
+  if (!config || !require_ledger(*config)) return out;
   const auto ledger = Ledger::open_to_read(config->ledger_file);
   if (!ledger) return out;
   const auto entries = ledger->list({.machine = config->name, .last = kMaxHistory});

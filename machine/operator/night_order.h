@@ -8,7 +8,7 @@
 #include "calib/base/expected.h"
 #include "machine/operator/desk.h"
 #include "machine/operator/screen.h"
-#include "machine/operator/station.h"
+#include "machine/operator/settings.h"
 
 namespace panelcal::internal {
 

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -257,11 +258,11 @@ class OperatedJob {
 
   void conclude(const JobResult& result) {
     const bool may_drill = result.may_be_drilled() && result.is_committed;
+    if (result.is_executed) n_holes_ = result.tally.n_holes();
     const JobState state = may_drill ? JobState::Done : JobState::Held;
     finish(state, ScreenVerdict{may_drill, verdict_}, [&](ScreenJob& job) {
       job.has_facts = true;
       job.has_report = settings_.page != nullptr;
-      if (result.is_executed) job.n_holes = result.tally.n_holes();
     });
   }
 
@@ -276,13 +277,15 @@ class OperatedJob {
   template <class Change>
   void finish(JobState state, ScreenVerdict verdict, Change&& change) {
     if (folder_) {
-      if (const Expected<void> kept = folder_->set_state(state); !kept) log_.add(kept.error());
+      const Expected<void> kept = folder_->conclude(state, verdict.words, n_holes_);
+      if (!kept) log_.add(kept.error());
     }
     desk_.change([&](Screen& screen) {
       ScreenJob& job = *screen.job;
       job.state = state;
       job.question.reset();
       job.verdict = std::move(verdict);
+      job.n_holes = n_holes_;
       const bool is_told = log_.has_errors() || !log_.kept().empty();
       if (is_told) job.findings.assign(log_.kept().begin(), log_.kept().end());
       for (ScreenTarget& target : job.targets) {
@@ -306,10 +309,15 @@ class OperatedJob {
   DiagnosticLog log_;
   Rows provenance_;
   std::string verdict_;
+  std::optional<std::int64_t> n_holes_;
   bool counts_ = false;  ///< what was measured before the interruption
 };
 
-/// The job with what it had measured.
+bool is_cut_off(const JobRecord& record) {
+  return is_running(record.state) || record.state == JobState::Resumable;
+}
+
+/// The job with what it had measured, and with its verdict if it has ended.
 ScreenJob shown_of(const StationSettings& settings, const JobFolder& folder) {
   const JobRecord& record = folder.record();
   ScreenJob job;
@@ -319,11 +327,18 @@ ScreenJob shown_of(const StationSettings& settings, const JobFolder& folder) {
   if (!opened) job.findings = {opened.error()};
   job.id = record.id;
   job.program = record.program;
-  job.state = JobState::Resumable;
+  job.state = is_cut_off(record) ? JobState::Resumable : record.state;
   for (const Measurement& one : folder.measurements()) {
     const auto i = static_cast<std::size_t>(one.request.seq);
     if (i < job.targets.size()) show_measured(one, job.targets[i]);
   }
+  if (is_cut_off(record)) return job;
+  std::error_code ignored;
+  job.verdict = ScreenVerdict{record.state == JobState::Done, record.verdict};
+  job.has_facts = std::filesystem::exists(folder.file("facts.json"), ignored);
+  job.has_report = std::filesystem::exists(folder.file("report.html"), ignored);
+  job.outputs = record.outputs;
+  job.n_holes = record.n_holes;
   return job;
 }
 
@@ -333,24 +348,23 @@ void run_job(const StationSettings& settings, const JobOrder& order, Desk& desk)
   OperatedJob(settings, order, desk).run();
 }
 
-std::optional<ScreenJob> interrupted_job(const StationSettings& settings) {
-  std::optional<ScreenJob> newest;
+std::optional<ScreenJob> last_job(const StationSettings& settings) {
+  std::optional<ScreenJob> last;
   std::vector<std::string> ids = list_jobs(settings.jobs_folder);
   std::ranges::reverse(ids);
+  bool is_newest = true;
   for (const std::string& id : ids) {
     Expected<JobFolder> folder = JobFolder::open(settings.jobs_folder, id);
     if (!folder) continue;
     const JobRecord& record = folder->record();
-    const bool is_cut_off = is_running(record.state) || record.state == JobState::Resumable;
-    if (!is_cut_off) continue;
-    if (newest) {
-      // Of two, one was given up; a record that cannot be written is met again at the next start.
+    if (std::exchange(is_newest, false)) {
+      if (!record.is_closed) last = shown_of(settings, *folder);
+    } else if (is_cut_off(record)) {
+      // A newer job was begun; a record that cannot be written is met again at the next start.
       static_cast<void>(folder->set_state(JobState::Stopped));
-      continue;
     }
-    newest = shown_of(settings, *folder);
   }
-  return newest;
+  return last;
 }
 
 std::string machine_digest(const MachineConfig& machine) {

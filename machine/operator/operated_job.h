@@ -6,11 +6,11 @@
 
 #include "machine/operator/desk.h"
 #include "machine/operator/opened_program.h"
-#include "machine/operator/station.h"
+#include "machine/operator/settings.h"
 
 namespace panelcal::internal {
 
-/// What a job is begun with.
+/// The order to begin a job.
 struct JobOrder {
   std::string id;
   std::string program;         ///< its name
@@ -20,14 +20,14 @@ struct JobOrder {
 };
 
 /// Measures, corrects and judges one job in the calling thread, from its folder to its verdict.
-/// What becomes of it is on the desk and in the folder; nothing is thrown and nothing else
-/// returned.
+/// Its outcome is on the desk and in the folder; nothing is thrown, nothing else returned.
 ///
 /// Precondition: settings.clock; the desk shows the job as measuring
 void run_job(const StationSettings& settings, const JobOrder& order, Desk& desk);
 
-/// The newest job that was cut off, as one that may be resumed; older ones become stopped.
-std::optional<ScreenJob> interrupted_job(const StationSettings& settings);
+/// The newest job, unless it was closed: one that was cut off may be resumed, one that has ended is
+/// as it was. Older ones that were cut off become stopped.
+std::optional<ScreenJob> last_job(const StationSettings& settings);
 
 /// The digest of machine.toml and of the calibrations that it names: measurements made with others
 /// do not count.

@@ -14,7 +14,7 @@ namespace panelcal::internal {
 namespace {
 
 /// At most ten pictures a second.
-constexpr std::chrono::milliseconds kLiveInterval{100};
+constexpr std::chrono::milliseconds kPictureInterval{100};
 constexpr std::chrono::milliseconds kIdleInterval{60'000};
 /// No person points better at a pixel.
 constexpr double kHandSigma_px = 0.5;
@@ -279,7 +279,7 @@ std::string OperatorSource::why_not_skip(const MeasurementRequest& request) cons
 Expected<Answer> OperatorSource::wait_for_answer(const MeasurementRequest& request) {
   while (true) {
     const bool is_live = at_.is_live && eye_ != nullptr && at_.desk.is_watched();
-    const Desk::Word word = at_.desk.wait_for_word(is_live ? kLiveInterval : kIdleInterval);
+    const Desk::Word word = at_.desk.wait_for_word(is_live ? kPictureInterval : kIdleInterval);
     if (word.must_stop) return failure(stopped());
     if (word.answer) return *word.answer;
     const auto& shown = at_.feed.shown();

@@ -27,7 +27,7 @@ namespace panelcal::internal {
 /// marked in it (Measurement::decision), and stands in the folder's choices.
 class OperatorSource final : public MeasurementSource {
  public:
-  /// What it works with; all outlive it.
+  /// The parts of the station that it works with; all outlive it.
   struct Station {
     Desk& desk;
     JobFolder& folder;
@@ -90,7 +90,7 @@ class OperatorSource final : public MeasurementSource {
   int n_questions_ = 0;
 };
 
-/// What ends a job that a person has stopped.
+/// The end of a job that a person has stopped.
 Diagnostic stopped();
 
 /// The words by which a screen shows a measurement.

@@ -59,7 +59,7 @@ struct ScreenCandidate {
   double score = 0;
 };
 
-/// What a person is asked about one target.
+/// A question to a person about one target.
 struct ScreenQuestion {
   int id = 0;
   std::int64_t seq = 0;
@@ -128,7 +128,7 @@ struct ScreenEllipse {
   double angle_rad = 0;  ///< of the first axis, from x towards y, which points down
 };
 
-/// What the camera's last picture shows; px of that picture.
+/// The contents of the camera's last picture; px of that picture.
 struct ScreenView {
   int width_px = 0;
   int height_px = 0;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <exception>
 #include <optional>
 #include <system_error>
 #include <thread>
@@ -54,7 +55,7 @@ Expected<void> check_settings(const StationSettings& settings) {
                   "one of --camera, --images and --machine-driver"});
 }
 
-std::string source_words(const StationSettings& settings) {
+std::string words_of_source(const StationSettings& settings) {
   if (!settings.camera.empty()) return "the camera " + without_password(settings.camera);
   if (!settings.images.empty()) return "pictures in " + settings.images;
   return "the simulated machine of " + settings.machine_file.string();
@@ -166,13 +167,33 @@ class Station::Impl {
       const auto work = desk_.wait_for_work(is_live ? kLiveInterval : kProgramsInterval);
       if (work) {
         camera_.reset();
-        carry_out_work(*work);
+        carry_out_safely(*work);
       } else if (!desk_.is_closing()) {
         list_programs();
         show_live(is_live);
       }
     }
     camera_.reset();
+  }
+
+  /// A bug of ours, or a lack of memory, ends the work and not the station.
+  void carry_out_safely(const Command& work) {
+    try {
+      carry_out_work(work);
+    } catch (const std::exception& problem) {
+      const std::string words = std::string("internal error, please report: ") + problem.what();
+      desk_.change([&](Screen& screen) {
+        if (screen.job && is_running(screen.job->state)) {
+          screen.job->state = JobState::Failed;
+          screen.job->question.reset();
+          screen.job->verdict = internal::ScreenVerdict{false, words};
+        }
+        if (screen.calibration && screen.calibration->state == "running") {
+          screen.calibration->state = "failed";
+          screen.calibration->verdict = words;
+        }
+      });
+    }
   }
 
   void carry_out_work(const Command& work) {
@@ -219,16 +240,16 @@ class Station::Impl {
   }
 
   Expected<void> close() {
-    std::string interrupted;
+    std::string id;
     PANELCAL_CHECK(desk_.try_change([&](Screen& screen) -> Expected<void> {
-      const bool is_resumable = screen.job && screen.job->state == JobState::Resumable;
-      if (is_resumable) interrupted = screen.job->id;
+      const bool has_folder = screen.job && screen.job->state != JobState::Checked;
+      if (has_folder) id = screen.job->id;
       return internal::take_close(screen);
     }));
-    if (interrupted.empty()) return {};
-    PANELCAL_TRY(internal::JobFolder folder,
-                 internal::JobFolder::open(settings_.jobs_folder, interrupted));
-    return folder.set_state(JobState::Stopped);
+    if (id.empty()) return {};
+    // One that failed before it had a folder has none to close.
+    Expected<internal::JobFolder> folder = internal::JobFolder::open(settings_.jobs_folder, id);
+    return folder ? folder->close() : Expected<void>();
   }
 
   /// Touches no device.
@@ -285,9 +306,9 @@ Expected<std::unique_ptr<Station>> Station::create(StationSettings settings) {
   PANELCAL_CHECK(make_folder(settings.jobs_folder / "programs"));
   Screen screen;
   screen.machine = machine.name;
-  screen.source = source_words(settings);
+  screen.source = words_of_source(settings);
   screen.programs = internal::list_programs(settings.jobs_folder / "programs");
-  screen.job = internal::interrupted_job(settings);
+  screen.job = internal::last_job(settings);
   screen.history = internal::history_of(settings);
   auto impl = std::make_unique<Impl>(std::move(settings), std::move(screen));
   return std::unique_ptr<Station>(new Station(std::move(impl)));

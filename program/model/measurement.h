@@ -61,12 +61,12 @@ enum class MeasurementStatus : std::uint8_t { Found, NotFound, Ambiguous, Reject
 std::string_view name(MeasurementStatus status);
 std::optional<MeasurementStatus> measurement_status_from_name(std::string_view name);
 
-/// What a person at the machine has decided about a target.
+/// The kinds of decisions of a person at the machine about a target.
 enum class Decider : std::uint8_t {
   Source,     ///< nothing: the answer is the source's own
   Camera,     ///< to look again, perhaps elsewhere: the place is what the camera then saw
-  Candidate,  ///< which of the picture's candidates it is
-  Hand,       ///< where it is, in the picture
+  Candidate,  ///< it is that one of the picture's candidates
+  Hand,       ///< it is at that place of the picture
   Skip,       ///< to leave it out
 };
 

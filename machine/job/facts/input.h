@@ -59,7 +59,7 @@ struct JobFactsInput {
 
 struct JobResult;
 
-/// What a result says by itself; it outlives the facts.
+/// The facts that a result has by itself; it outlives them.
 JobFactsInput facts_input(const JobResult& result);
 
 }  // namespace panelcal

@@ -270,9 +270,8 @@ TEST_F(StationJob, GoesOnAfterAKill) {
     ASSERT_TRUE(WIFSIGNALED(status));
     start();
     // The kill may come before the job has a folder, or when it has ended.
-    if (screen().contains("job")) {
+    if (screen().contains("job") && job()["state"] == "resumable") {
       ++n_resumed;
-      EXPECT_EQ(job()["state"], "resumable");
       expect_refused(R"({"do":"open","program":"panel.exc"})");
       order(R"({"do":"resume"})");
       const nlohmann::json job = wait_until_it_rests();
@@ -329,6 +328,26 @@ TEST_F(StationJob, CountsNothingWithAnotherMachineFile) {
   order(R"({"do":"resume"})");
   const std::string words = wait_until_it_rests()["again"]["words"];
   EXPECT_NE(words.find("machine.toml or a calibration has changed"), std::string::npos) << words;
+}
+
+TEST_F(StationJob, KnowsAJobThatHasEndedBeforeItsProgramIsWritten) {
+  open_small_program();
+  order(R"({"do":"start"})");
+  const nlohmann::json before = wait_until_it_rests();
+  station_.reset();
+  start();
+  const nlohmann::json after = job();
+  EXPECT_EQ(after["state"], "done");
+  EXPECT_EQ(after["verdict"], before["verdict"]);
+  EXPECT_EQ(after["n_holes"], before["n_holes"]);
+  EXPECT_TRUE(after["has_facts"]);
+  EXPECT_TRUE(after["has_report"]);
+  order(R"({"do":"write","name":"panel.drl"})");
+  expect_refused(R"({"do":"resume"})");
+  order(R"({"do":"close"})");
+  station_.reset();
+  start();
+  EXPECT_FALSE(screen().contains("job"));
 }
 
 TEST_F(StationJob, ForgetsAJobThatIsClosed) {

@@ -101,5 +101,32 @@ TEST_F(StationTest, WakesWhoWaitsForAChange) {
   EXPECT_GT(station_->state().number, before.number);
 }
 
+/// A camera that shows recorded pictures.
+class WatchedStation : public OperatedStation {
+ protected:
+  void SetUp() override {
+    OperatedStation::SetUp();
+    take_pictures();
+    StationSettings settings = this->settings();
+    settings.camera = "folder:" + images_;
+    settings.images.clear();
+    auto station = Station::create(settings);
+    ASSERT_TRUE(station) << station.error().text();
+    station_ = *std::move(station);
+  }
+};
+
+TEST_F(WatchedStation, TakesLivePicturesWhileAScreenLooks) {
+  EXPECT_EQ(station_->frame(), nullptr);
+  station_->set_watched(true);
+  const nlohmann::json screen = wait_for([](const nlohmann::json& shown) {
+    return shown.contains("view") && shown["view"]["frame"] >= 3;
+  });
+  EXPECT_EQ(screen["view"]["width_px"], 280);
+  EXPECT_EQ(screen["view"]["um_per_px"], 0);
+  ASSERT_NE(station_->frame(), nullptr);
+  EXPECT_TRUE(station_->frame()->jpeg.starts_with("\xFF\xD8"));
+}
+
 }  // namespace
 }  // namespace panelcal::test
