@@ -9,14 +9,12 @@
 #include <utility>
 
 #include "calib/base/json/strict_json.h"
-#include "machine/operator/station.h"
+#include "machine/operator/settings.h"
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 namespace panelcal::internal {
 namespace {
-
-using nlohmann::json;
 
 constexpr const char* kCommand = "command";
 constexpr std::array<std::string_view, 7> kChoiceNames = {
@@ -31,7 +29,7 @@ constexpr double kMaxNumber = 1e6;
 /// The members of a command, each of which may be asked for in one form.
 class Members {
  public:
-  explicit Members(const json& object) : object_(object) {}
+  explicit Members(const nlohmann::json& object) : object_(object) {}
 
   Expected<void> check_keys(std::initializer_list<std::string_view> known) const {
     for (const auto& [key, value] : object_.items()) {
@@ -83,13 +81,13 @@ class Members {
   }
 
  private:
-  static std::optional<double> number_of(const json& value) {
+  static std::optional<double> number_of(const nlohmann::json& value) {
     if (!value.is_number()) return std::nullopt;
     const double number = value.get<double>();
     return std::abs(number) <= kMaxNumber ? std::optional(number) : std::nullopt;
   }
 
-  const json& object_;
+  const nlohmann::json& object_;
 };
 
 template <class Enum, std::size_t N>
@@ -110,8 +108,12 @@ Expected<Answer> read_answer(const Members& members) {
   }
   answer.choice = *choice;
   if (*choice == Choice::Search || *choice == Choice::Hand) {
-    PANELCAL_CHECK(members.check_keys({"do", "question", "choice", "at_px"}));
+    PANELCAL_CHECK(members.check_keys({"do", "question", "choice", "at_px", "frame"}));
     PANELCAL_TRY(answer.at_px, members.point("at_px"));
+    if (members.has("frame")) {
+      PANELCAL_TRY(const std::int64_t frame, members.count("frame"));
+      answer.frame = static_cast<std::uint64_t>(frame);
+    }
     return answer;
   }
   if (*choice == Choice::Candidate) {
@@ -201,7 +203,7 @@ Expected<Command> parse_command(std::string_view text, const std::string& who) {
     return failure(refused(fmt::format("a command of {} bytes", text.size()),
                            fmt::format("at most {}", kMaxCommandBytes)));
   }
-  PANELCAL_TRY(const json object, parse_strict_json(text, kCommand));
+  PANELCAL_TRY(const nlohmann::json object, parse_strict_json(text, kCommand));
   if (!object.is_object()) return failure(refused("no object", "{\"do\": ...}"));
   const Members members(object);
   PANELCAL_TRY(const std::string word, members.text("do"));

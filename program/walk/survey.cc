@@ -32,7 +32,8 @@ std::string model_text(const SeriesResult& series) {
 bool Survey::is_complete() const {
   return !was_stopped && std::ranges::all_of(series, &SeriesResult::is_fitted) &&
          std::ranges::all_of(measurements, [](const Measurement& measurement) {
-           return measurement.status == MeasurementStatus::Found;
+           return measurement.status == MeasurementStatus::Found ||
+                  measurement.status == MeasurementStatus::Skipped;
          });
 }
 

@@ -86,7 +86,8 @@ struct Survey {
   /// The source failed: nothing is known of what the program asks for behind it.
   bool was_stopped = false;
 
-  /// Every series is fitted, so that a corrected program could be written at all.
+  /// Every series is fitted, so that a corrected program could be written at all. A target that a
+  /// person has skipped is missing from its series' fit only.
   bool is_complete() const;
   /// Every series is fitted and inside its limits, and every measured hole was found.
   bool is_accepted() const;

@@ -142,8 +142,13 @@ std::string fits_summary(const Survey& survey) {
   const auto n_found =
       std::ranges::count(survey.measurements, MeasurementStatus::Found, &Measurement::status);
   if (!survey.measurements.empty() || survey.probes.empty()) {
-    internal::append_format(
-        out, "measured {} targets, {} found\n", survey.measurements.size(), n_found);
+    const auto n_skipped =
+        std::ranges::count(survey.measurements, MeasurementStatus::Skipped, &Measurement::status);
+    internal::append_format(out,
+                            "measured {} targets, {} found{}\n",
+                            survey.measurements.size(),
+                            n_found,
+                            n_skipped > 0 ? fmt::format(", {} skipped", n_skipped) : "");
   }
   out += probes_summary(survey);
   out += assignments_summary(survey) + causes_summary(survey);

@@ -34,7 +34,7 @@ std::string advice_on_lost(const Survey& survey) {
   std::size_t n_lost = 0;
   const Measurement* first = nullptr;
   for (const Measurement& m : survey.measurements) {
-    if (m.status == MeasurementStatus::Found) continue;
+    if (m.status == MeasurementStatus::Found || m.status == MeasurementStatus::Skipped) continue;
     if (n_lost++ == 0) first = &m;
   }
   if (first == nullptr) return {};

@@ -115,7 +115,9 @@ std::vector<TargetFact> target_facts(const Survey& survey) {
     }
   }
   for (TargetFact& fact : facts) {
-    if (fact.measurement->status != MeasurementStatus::Found) fact.state = TargetState::Refused;
+    const MeasurementStatus status = fact.measurement->status;
+    if (status == MeasurementStatus::Found) continue;
+    fact.state = status == MeasurementStatus::Skipped ? TargetState::Dropped : TargetState::Refused;
   }
   return facts;
 }

@@ -16,7 +16,7 @@ enum class Verdict : std::uint8_t { Drill, Warned, Hold, Forced };
 
 enum class TargetState : std::uint8_t {
   Good,
-  Dropped,  ///< found, but left out of its fit by [gates] max_dropped
+  Dropped,  ///< left out of its fit: found, by [gates] max_dropped, or skipped by a person
   Suspect,  ///< found, but its series was refused
   Refused,  ///< not found, or the worst of a series whose residual gate failed
 };

@@ -15,6 +15,10 @@
 namespace panelcal {
 namespace {
 
+bool is_skipped(const Measurement& measurement) {
+  return measurement.status == MeasurementStatus::Skipped;
+}
+
 bool may_be_chosen(const Measurement& measurement) {
   return std::ranges::any_of(measurement.candidates, &MeasuredCandidate::counts);
 }
@@ -116,7 +120,9 @@ std::optional<std::size_t> Measuring::measure(MeasurementRequest request, bool i
     return std::nullopt;
   }
   const bool is_lost = measurement->status != MeasurementStatus::Found;
-  if (is_lost && !(is_of_series && may_be_chosen(*measurement))) report_lost(*measurement);
+  const bool is_told_later =
+      is_of_series && (may_be_chosen(*measurement) || is_skipped(*measurement));
+  if (is_lost && !is_told_later) report_lost(*measurement);
   survey_.measurements.push_back(*std::move(measurement));
   return index;
 }
@@ -277,7 +283,11 @@ std::size_t Measuring::fit(SeriesResult series, std::span<const FitPoint> points
     examine({points.begin(), points.end()}, series);
     note_reliability(series);
   }
+  for (const std::size_t i : series.measurements) {
+    if (is_skipped(measurement(i))) report_skipped(measurement(i), series);
+  }
   survey_.series.push_back(std::move(series));
+  if (options_.fitted) options_.fitted(survey_);
   return i_series;
 }
 

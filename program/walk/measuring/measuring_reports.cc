@@ -25,6 +25,7 @@ std::string remedy(MeasurementStatus status) {
     case MeasurementStatus::Ambiguous:
       return "one that fits best, as a smaller search_radius_mm of [vision] may leave";
     case MeasurementStatus::Rejected:
+    case MeasurementStatus::Skipped:
       return "";
     default:
       return "a mark of the vision tool's size and polarity, at most search_radius_mm of [vision] "
@@ -60,6 +61,20 @@ void Measuring::report_lost(const Measurement& measurement) {
                                measurement.reason.empty() ? "" : ": ",
                                measurement.reason),
                    remedy(measurement.status));
+}
+
+void Measuring::report_skipped(const Measurement& measurement, const SeriesResult& series) {
+  if (!series.is_fitted()) return report_lost(measurement);
+  const MeasurementRequest& request = measurement.request;
+  reporter_.report(Code::TargetDropped,
+                   request.line,
+                   fmt::format("{} target at nominal ({:.4f}, {:.4f}) mm, {} others make "
+                               "the fit: {}",
+                               request.command,
+                               request.nominal.in_mm().x(),
+                               request.nominal.in_mm().y(),
+                               series.points.size(),
+                               measurement.reason));
 }
 
 void Measuring::report_dropped(const SeriesResult& series, std::span<const std::string> reasons) {

@@ -130,4 +130,20 @@ std::optional<std::vector<FitPoint>> without_point(std::span<const FitPoint> poi
   return kept;
 }
 
+bool is_checked_without(const SeriesResult& series,
+                        const Survey& nominal,
+                        std::span<const std::size_t> left_out) {
+  std::vector<internal::RawPair> pairs;
+  for (const std::size_t i : series.measurements) {
+    if (std::ranges::find(left_out, i) != left_out.end()) continue;
+    const Measurement& target = nominal.measurements[i];
+    pairs.push_back({target.request.nominal.in_mm(),
+                     target.measured.position.in_mm(),
+                     target.measured.cov,
+                     target.request.axes});
+  }
+  const internal::RawFitResult result = internal::fit_raw(pairs, series.prescribed);
+  return result.fit && result.fit->degrees_of_freedom >= 1;
+}
+
 }  // namespace panelcal
