@@ -10,14 +10,15 @@ import { categoryColour, colour, scaleColour, scaleCss } from "../base/colours.j
 import { paintField, sampledField } from "./field.js";
 import { colouring, mapColumns } from "./map_colours.js";
 import { arrowPath } from "./panel_arrows.js";
-import { placeIndex } from "./place_index.js";
-import { boxExtent, Plane } from "./plane.js";
+import { boxExtent, nearestPlace, Plane, zoomStep } from "./plane.js";
 
 /** @typedef {import("./map_colours.js").MapColumns} MapColumns */
 /** @typedef {ReturnType<typeof colouring>} Colouring */
 
 /** More places than this in view are drawn as squares of whole pixels. */
 const maxDiscs = 20000;
+/** A place is meant from as near as this. */
+const reach_px = 9;
 /** Residuals: the longest arrow in px. */
 const longestArrow_px = 60;
 
@@ -34,7 +35,6 @@ class JobMap {
     this.ranges = [range(0), range(1)];
     this.mode = "tool";
     this.showsResiduals = true;
-    this.index = null;
     this.legend = element("ul", { class: "legend" });
     this.plane = new Plane({
       extent: boxExtent(this.ranges[0], this.ranges[1]), label: word("map_label"), most_px: 0.85 * innerHeight, isMovable: true,
@@ -44,13 +44,10 @@ class JobMap {
   }
 
   /** @param {import("./plane.js").Point} at */
-  hover([x, y]) {
-    const { columns, ranges: [across, up] } = this;
-    if (!columns || !across || !up) return null;
-    this.index = this.index ?? placeIndex(columns.x_mm, columns.y_mm,
-      { left: across[0], bottom: up[0], width: across[1] - across[0], height: up[1] - up[0] });
-    const i = this.index.nearest(x, y, 9 / this.plane.scale);
-    return i < 0 ? null : this.described(columns, i);
+  hover(at) {
+    const { columns } = this;
+    const i = columns ? nearestPlace(columns.x_mm, columns.y_mm, at, reach_px / this.plane.scale) : -1;
+    return columns && i >= 0 ? this.described(columns, i) : null;
   }
 
   /**
@@ -255,8 +252,8 @@ export function jobMap(facts) {
     element("div", { class: "controls" },
       modes.length > 1 && element("label", {}, `${word("map_colour_by")} `, choice),
       hasResiduals && element("label", {}, residuals, ` ${word("surface_residual_tile")}`),
-      button("+", word("zoom_in"), () => plane.zoomIn()),
-      button("\u2212", word("zoom_out"), () => plane.zoomOut()),
+      button("+", word("zoom_in"), () => plane.zoom(zoomStep)),
+      button("\u2212", word("zoom_out"), () => plane.zoom(1 / zoomStep)),
       button("\u2922", word("zoom_fit"), () => plane.fit())),
     plane.node, map.legend,
     element("figcaption", {}, word("map_caption")));
