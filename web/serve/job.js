@@ -12,7 +12,11 @@ const targetChips = { waiting: "plain", looking: "suspect", found: "good", skipp
 /** Residuals of fewer targets than this say nothing on a map. */
 const fewestArrows = 2;
 
-/** What a job has left behind, in a window of its own. @param {string} name @param {import("../base/dom.js").Child} text */
+/**
+ * What a job has left behind, in a window of its own.
+ * @param {string} name
+ * @param {import("../base/dom.js").Child} text
+ */
 function jobLink(name, text) {
   return element("a", { href: `api/jobs/${encodeURIComponent(job().id)}/${name}`, target: "_blank", rel: "noopener" }, text);
 }
@@ -71,7 +75,8 @@ export function jobPart() {
     (state === "checked" || job().findings?.length > 0) && findings()];
 }
 
-/** A target in the list: what became of it, by whom. @param {any} target */
+/** A target in the list: what became of it, by whom.
+ * @param {any} target */
 function targetRow(target) {
   const { seq, status, residual_um: residual, sigma_um: sigma, reason, by, who, when } = target;
   const path = target.path?.length ? `, ${word("board")} [${target.path.join(",")}]` : "";

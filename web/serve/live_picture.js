@@ -24,9 +24,11 @@ export class LivePicture {
   /** @param {{search: (at_px: Pixel) => void, jog: (way: [number, number]) => void, changed: () => void, place: () => void}} asked */
   constructor(asked) {
     this.asked = asked;
-    /** What a click means: nothing, a new place to search, or the place of the target. @type {"" | "search" | "hand"} */
+    /** What a click means: nothing, a new place to search, or the place of the target.
+     * @type {"" | "search" | "hand"} */
     this.mode = "";
-    /** Where the target is placed by hand. @type {Pixel | null} */
+    /** Where the target is placed by hand.
+     * @type {Pixel | null} */
     this.cross_px = null;
     /** @type {HTMLImageElement | null} */
     this.image = null;
@@ -76,10 +78,9 @@ export class LivePicture {
     this.isLoading = false;
   }
 
-  /** The picture is of where the stage is now. */
-  isOfNow() {
-    const { view } = desk.state ?? {};
-    return Boolean(view && this.image && desk.condition === "open" && this.shown >= view.frame);
+  /** A place may be pointed at: the server knows by the number of the picture whether the stage has moved since. */
+  isLive() {
+    return Boolean(desk.state?.view && this.image && desk.condition === "open");
   }
 
   /** @param {Pixel} at_px @returns {Pixel} css px of the canvas */
@@ -90,7 +91,7 @@ export class LivePicture {
   /** @param {PointerEvent} event */
   press(event) {
     const { image } = this, box = this.canvas.getBoundingClientRect();
-    if (!image || !this.mode || !this.isOfNow()) return;
+    if (!image || !this.mode || !this.isLive()) return;
     // The canvas has whole pixels, its place on the page may be a fraction wider.
     const x = (event.clientX - box.left) * this.canvas.clientWidth / box.width, y = event.clientY - box.top;
     const at = /** @type {Pixel} */ ([(x - this.left) / this.scale - 0.5, y / this.scale - 0.5]);
@@ -107,7 +108,8 @@ export class LivePicture {
     this.asked.changed();
   }
 
-  /** Arrows move the cross by a fraction of a pixel (with Shift by ten), or else the stage. @param {KeyboardEvent} event */
+  /** Arrows move the cross by a fraction of a pixel (with Shift by ten), or else the stage.
+   * @param {KeyboardEvent} event */
   key(event) {
     const way = arrowKeys[event.key], cross = this.cross_px;
     if (way && cross) {
@@ -115,7 +117,7 @@ export class LivePicture {
       this.moveCross([cross[0] + step * way[0], cross[1] - step * way[1]]);
     } else if (way) {
       this.asked.jog(way);
-    } else if (event.key === "Enter" && cross && this.isOfNow()) {
+    } else if (event.key === "Enter" && cross && this.isLive()) {
       this.asked.place();
     } else {
       return;
@@ -133,7 +135,7 @@ export class LivePicture {
     context.fillRect(this.left, 0, this.scale * across, this.scale * up);
     const label = [word("serve_live"), this.mode && word(this.mode === "search" ? "serve_click_search" : "serve_click_hand")];
     canvas.setAttribute("aria-label", label.filter(Boolean).join(". "));
-    canvas.classList.toggle("aimed", Boolean(this.mode) && this.isOfNow());
+    canvas.classList.toggle("aimed", Boolean(this.mode) && this.isLive());
     if (image) {
       context.globalAlpha = desk.condition === "open" ? 1 : 0.35;
       context.drawImage(image, this.left, 0, this.scale * across, this.scale * up);
@@ -176,7 +178,7 @@ export class LivePicture {
       context.lineTo(x, y + arm);
     };
     line(ink.middle, () => cross([(view.width_px - 1) / 2, (view.height_px - 1) / 2], 16));
-    if (view.search) line(ink.search, () => ring(view.search.at_px, view.search.radius_px), [7, 5]);
+    if (view.search?.radius_px) line(ink.search, () => ring(view.search.at_px, view.search.radius_px), [7, 5]);
     if (view.outline_px?.length > 1) {
       line(ink.found, () => {
         for (const at_px of view.outline_px) context.lineTo(...this.point(at_px));
