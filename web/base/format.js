@@ -166,6 +166,12 @@ export function timeText(time_s) {
   return new Date(1000 * time_s).toISOString().slice(0, 16).replace("T", " ");
 }
 
+/** "2026-11-21 03:10 UTC"
+ * @param {string} iso */
+export function minuteText(iso) {
+  return `${timeText(secondsOf(iso))} UTC`;
+}
+
 /** @param {string} iso */
 export function secondsOf(iso) {
   return Date.parse(iso) / 1000;

@@ -5,7 +5,7 @@ import { extremes } from "../base/columns.js";
 import { colourScale, element } from "../base/dom.js";
 import { mapSigma } from "../base/leverage.js";
 import { word } from "../base/words.js";
-import { fixed, micrometres, place, probability, shortest } from "../base/format.js";
+import { fixed, micrometres, place, probability, roundStep, shortest } from "../base/format.js";
 import { categoryColour, colour, scaleColour, scaleCss } from "../base/colours.js";
 import { paintField, sampledField } from "./field.js";
 import { colouring, mapColumns } from "./map_colours.js";
@@ -171,23 +171,10 @@ class JobMap {
       }
       if (this.showsResiduals && target.residual_um) {
         const [dx, dy] = target.residual_um;
-        this.drawArrow(u, v, dx * px_per_um, -dy * px_per_um, colour(isBad ? "bad" : "link"));
+        plane.stroke(colour(isBad ? "bad" : "link"), new Path2D(arrowPath(u, v, dx * px_per_um, -dy * px_per_um)), 1.8);
       }
     }
     if (this.showsResiduals && longest_um > 0) this.drawReference(longest_um, px_per_um);
-  }
-
-  /**
-   * @param {number} u
-   * @param {number} v
-   * @param {number} du
-   * @param {number} dv
-   * @param {string} css
-   */
-  drawArrow(u, v, du, dv, css) {
-    this.plane.context.strokeStyle = css;
-    this.plane.context.lineWidth = 1.8;
-    this.plane.context.stroke(new Path2D(arrowPath(u, v, du, dv)));
   }
 
   /**
@@ -197,13 +184,12 @@ class JobMap {
    */
   drawReference(longest_um, px_per_um) {
     const { context, right, top } = this.plane, x = right - 150, y = top + 18;
-    const power = 10 ** Math.floor(Math.log10(longest_um));
-    const length_um = [5, 2, 1].map((k) => k * power).find((one) => one <= longest_um) ?? longest_um;
+    const length_um = roundStep(0.6 * longest_um);
     context.fillStyle = colour("paper");
     context.globalAlpha = 0.8;
     context.fillRect(x - 12, y - 14, 158, 28);
     context.globalAlpha = 1;
-    this.drawArrow(x, y, length_um * px_per_um, 0, colour("link"));
+    this.plane.stroke(colour("link"), new Path2D(arrowPath(x, y, length_um * px_per_um, 0)), 1.8);
     context.fillStyle = colour("ink");
     context.textAlign = "right";
     context.fillText(word("map_residual_scale", { length: shortest(length_um) }), right - 8, y + 4);

@@ -2,7 +2,7 @@
 // The job: from the choice of a program over its targets to the verdict and the program that is written.
 import { chip, element, english } from "../base/dom.js";
 import { fixed, micrometres, place, secondsOf, timeText, whole } from "../base/format.js";
-import { word, wordOf } from "../base/words.js";
+import { language, word, wordOf } from "../base/words.js";
 import { panelArrows } from "../figures/panel_arrows.js";
 import { act, actionButton, command, connection, desk, field, fieldValue, form, isMine, job } from "./desk.js";
 
@@ -18,7 +18,7 @@ const fewestArrows = 2;
  * @param {import("../base/dom.js").Child} text
  */
 function jobLink(name, text) {
-  return element("a", { href: `api/jobs/${encodeURIComponent(job().id)}/${name}`, target: "_blank", rel: "noopener" }, text);
+  return element("a", { href: `api/jobs/${encodeURIComponent(job().id)}/${name}?language=${language()}`, target: "_blank", rel: "noopener" }, text);
 }
 
 /** Programs of the folder, and one from this device. */
@@ -53,7 +53,7 @@ function jobButtons() {
   const { state, findings: found = [] } = job();
   const may = {
     start: state === "checked" && !found.some((one) => one.severity === "error"),
-    resume: state === "resumable",
+    resume: ["stopped", "failed", "resumable"].includes(state),
     stop: state === "measuring",
     close: ["checked", "done", "held", "failed", "stopped", "resumable"].includes(state),
   };

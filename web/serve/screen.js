@@ -77,7 +77,7 @@ const parts = {
   programs: panel("programs", () => [desk.state?.programs, job()?.id], programsPart),
   targets: panel("targets", () => [job()?.id, job()?.targets, job()?.series], targetsPart),
   panel: panel("panel", () => [job()?.targets], panelPart),
-  calibration: panel("calibration", () => [desk.state?.calibration, desk.state?.kinds, job()?.state], calibrationPart),
+  calibration: panel("calibration", () => [desk.state?.calibration, desk.state?.history, job()?.state], calibrationPart),
   history: panel("history", () => [desk.state?.history, job()?.state, desk.state?.calibration?.state], historyPart),
 };
 
