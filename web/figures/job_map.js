@@ -184,7 +184,7 @@ class JobMap {
    */
   drawReference(longest_um, px_per_um) {
     const { context, right, top } = this.plane, x = right - 150, y = top + 18;
-    const length_um = roundStep(0.6 * longest_um);
+    const length_um = roundStep(0.4 * longest_um);
     context.fillStyle = colour("paper");
     context.globalAlpha = 0.8;
     context.fillRect(x - 12, y - 14, 158, 28);
