@@ -837,6 +837,7 @@ const words = {
   serve_job_resumable: ["can go on", "kann fortgesetzt werden"],
   serve_by: ["{how}, {who} {when}", "{how}, {who} {when}"],
   serve_by_candidate: ["candidate accepted", "Kandidat angenommen"],
+  serve_by_skip: ["left out", "ausgelassen"],
   serve_by_hand: ["placed by hand", "von Hand gesetzt"],
   serve_picture: ["picture", "Bild"],
   serve_panel: ["Residuals of the targets found so far; crosses: targets without a place.",

@@ -2,7 +2,7 @@
 // The job: from the choice of a program over its targets to the verdict and the program that is written.
 import { chip, element, english } from "../base/dom.js";
 import { fixed, micrometres, place, secondsOf, timeText, whole } from "../base/format.js";
-import { word, wordOf } from "../base/words.js";
+import { language, word, wordOf } from "../base/words.js";
 import { panelArrows } from "../figures/panel_arrows.js";
 import { act, actionButton, command, connection, desk, field, fieldValue, form, isMine, job } from "./desk.js";
 
@@ -12,9 +12,13 @@ const targetChips = { waiting: "plain", looking: "suspect", found: "good", skipp
 /** Residuals of fewer targets than this say nothing on a map. */
 const fewestArrows = 2;
 
-/** What a job has left behind, in a window of its own. @param {string} name @param {import("../base/dom.js").Child} text */
+/**
+ * What a job has left behind, in a window of its own.
+ * @param {string} name
+ * @param {import("../base/dom.js").Child} text
+ */
 function jobLink(name, text) {
-  return element("a", { href: `api/jobs/${encodeURIComponent(job().id)}/${name}`, target: "_blank", rel: "noopener" }, text);
+  return element("a", { href: `api/jobs/${encodeURIComponent(job().id)}/${name}?language=${language()}`, target: "_blank", rel: "noopener" }, text);
 }
 
 /** Programs of the folder, and one from this device. */
@@ -49,7 +53,7 @@ function jobButtons() {
   const { state, findings: found = [] } = job();
   const may = {
     start: state === "checked" && !found.some((one) => one.severity === "error"),
-    resume: state === "resumable",
+    resume: ["stopped", "failed", "resumable"].includes(state),
     stop: state === "measuring",
     close: ["checked", "done", "held", "failed", "stopped", "resumable"].includes(state),
   };
@@ -71,7 +75,8 @@ export function jobPart() {
     (state === "checked" || job().findings?.length > 0) && findings()];
 }
 
-/** A target in the list: what became of it, by whom. @param {any} target */
+/** A target in the list: what became of it, by whom.
+ * @param {any} target */
 function targetRow(target) {
   const { seq, status, residual_um: residual, sigma_um: sigma, reason, by, who, when } = target;
   const path = target.path?.length ? `, ${word("board")} [${target.path.join(",")}]` : "";

@@ -16,25 +16,40 @@ function question() {
   return isMine() ? job()?.question : undefined;
 }
 
-/** @param {string} choice @param {Record<string, unknown>} [more] */
+/**
+ * @param {string} choice
+ * @param {Record<string, unknown>} [more]
+ */
 function answer(choice, more = {}) {
   return command({ do: "answer", question: question().id, choice, ...more });
 }
 
-/** @param {number[]} at_px */
-const rounded = (at_px) => at_px.map((one) => Math.round(1e3 * one) / 1e3);
+/**
+ * Answers with a place of the picture that is shown.
+ * @param {"search" | "hand"} choice
+ * @param {LivePicture} picture
+ * @param {[number, number] | null} at_px
+ */
+function answerAt(choice, picture, at_px) {
+  if (!at_px || !question()?.choices.includes(choice)) return;
+  answer(choice, { at_px: at_px.map((one) => Math.round(1e3 * one) / 1e3), frame: picture.shown });
+}
 
-/** @param {[number, number]} at_px */
-export function searchAt(at_px) {
-  if (question()?.choices.includes("search")) answer("search", { at_px: rounded(at_px) });
+/**
+ * @param {LivePicture} picture
+ * @param {[number, number]} at_px
+ */
+export function searchAt(picture, at_px) {
+  answerAt("search", picture, at_px);
 }
 
 /** @param {LivePicture} picture */
 export function placeByHand(picture) {
-  if (picture.cross_px && question()?.choices.includes("hand")) answer("hand", { at_px: rounded(picture.cross_px) });
+  answerAt("hand", picture, picture.cross_px);
 }
 
-/** Moves the stage by one step. @param {[number, number]} way */
+/** Moves the stage by one step.
+ * @param {[number, number]} way */
 export function jog([x, y]) {
   if (question()) command({ do: "jog", by_mm: [x * jogStep_mm, y * jogStep_mm] });
 }
@@ -42,14 +57,15 @@ export function jog([x, y]) {
 /** Look again, as it is or in another light. */
 function lookAgain() {
   const { view } = desk.state;
-  const lights = /** @type {const} */ (["lamp", "exposure"]).filter((name) => typeof view?.[name] === "number");
+  // Without a value the lamp stays as it is; few cameras set their exposure.
+  const lights = /** @type {const} */ (["lamp", "exposure"]).filter((name) => name === "lamp" || typeof view?.[name] === "number");
   const again = () => {
-    const chosen = lights.map((name) => [name, Number(fieldValue(`light-${name}`))])
-      .filter(([name, value]) => Number.isFinite(value) && value !== view[name]);
-    answer("again", Object.fromEntries(chosen));
+    const chosen = lights.map((name) => [name, fieldValue(`light-${name}`)])
+      .filter(([name, value]) => value !== "" && Number(value) !== view?.[name]);
+    answer("again", Object.fromEntries(chosen.map(([name, value]) => [name, Number(value)])));
   };
   return [actionButton("again", word("serve_choice_again"), again),
-    lights.map((name) => field(`light-${name}`, word(`serve_light_${name}`), { type: "number", min: 0, step: "any", value: view[name] }))];
+    lights.map((name) => field(`light-${name}`, word(`serve_light_${name}`), { type: "number", min: 0, step: "any", value: view?.[name] }))];
 }
 
 /** @param {LivePicture} picture */
@@ -87,13 +103,14 @@ function choices(picture) {
     picture.mode && element("p", {}, word(picture.mode === "search" ? "serve_click_search" : "serve_click_hand")),
     picture.cross_px && element("div", { class: "controls" }, actionButton("place", word("serve_place_here", {
       x: fixed(picture.cross_px[0], 2), y: fixed(picture.cross_px[1], 2) }), () => placeByHand(picture),
-    picture.isOfNow() ? {} : { disabled: true })),
+    picture.isLive() ? {} : { disabled: true })),
     jogPad(picture),
     element("div", { class: "controls" }, plain("skip"), plain("leave_board_out"), plain("stop")),
   ];
 }
 
-/** The part of the screen that asks. @param {LivePicture} picture */
+/** The part of the screen that asks.
+ * @param {LivePicture} picture */
 export function questionPart(picture) {
   if (!job()?.question) return null;
   const { seq, reason, why_not: whyNot = {} } = job().question, target = job().targets.find((one) => one.seq === seq);

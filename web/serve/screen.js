@@ -8,7 +8,7 @@ import { jobPart, panelPart, programsPart, targetsPart, verdictPart } from "./jo
 import { LivePicture, pictureFacts } from "./live_picture.js";
 import { jog, placeByHand, questionPart, searchAt } from "./question.js";
 
-const picture = new LivePicture({ search: searchAt, jog, changed: () => showAll(), place: () => placeByHand(picture) });
+const picture = new LivePicture({ search: (at_px) => searchAt(picture, at_px), jog, changed: () => showAll(), place: () => placeByHand(picture) });
 
 /** The loss of the connection, a token that is asked for, what was refused. */
 function noticePart() {
@@ -53,12 +53,17 @@ function controlsText() {
     element("button", { class: "action", id: "do-take" }, holder ? word("serve_take_from", { name: holder }) : word("serve_take")));
 }
 
-/** @param {string} id @param {() => any[]} depends @param {() => import("../base/dom.js").Child} make @param {string} [className] */
+/**
+ * @param {string} id
+ * @param {() => any[]} depends
+ * @param {() => import("../base/dom.js").Child} make
+ * @param {string} [className]
+ */
 function panel(id, depends, make, className = "") {
   return part(element("section", { id, class: className, hidden: true }), () => [isMine(), ...depends()], () => desk.state && make());
 }
 
-const aimed = () => [picture.mode, picture.cross_px, picture.isOfNow()];
+const aimed = () => [picture.mode, picture.cross_px, picture.isLive()];
 const light = () => [desk.state?.view?.lamp, desk.state?.view?.exposure, desk.state?.view?.jog_mm];
 
 const head = part(element("header"), () => [desk.state?.machine, desk.state?.source, desk.controls, desk.condition, isMine()], headPart);
@@ -72,7 +77,7 @@ const parts = {
   programs: panel("programs", () => [desk.state?.programs, job()?.id], programsPart),
   targets: panel("targets", () => [job()?.id, job()?.targets, job()?.series], targetsPart),
   panel: panel("panel", () => [job()?.targets], panelPart),
-  calibration: panel("calibration", () => [desk.state?.calibration, desk.state?.kinds, job()?.state], calibrationPart),
+  calibration: panel("calibration", () => [desk.state?.calibration, desk.state?.history, job()?.state], calibrationPart),
   history: panel("history", () => [desk.state?.history, job()?.state, desk.state?.calibration?.state], historyPart),
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A calibration made by hand: its values, what became of it, its residuals, and the map of a table.
-import { element, english, section, table, tile } from "../base/dom.js";
+import { element, english, rowList, section, table, tile } from "../base/dom.js";
 import { absolute, amount, fixed, micrometres, millimetres, place, probability, secondsOf, shortest, timeText, whole } from "../base/format.js";
 import { greatestSigma } from "../base/leverage.js";
 import { word, wordOf } from "../base/words.js";
@@ -27,10 +27,10 @@ function calibrationValue(key, value) {
 /** Figures of the fit: what is no list and no object of its own.
  * @param {any} part */
 function calibrationRows(part) {
-  const isRow = (value) => value !== null && value !== "" &&
+  const isRow = (/** @type {any} */ value) => value !== null && value !== "" &&
     (typeof value !== "object" || (Array.isArray(value) && value.length > 0 && typeof value[0] !== "object"));
-  return element("dl", { class: "rows" }, Object.entries(part).filter(([, value]) => isRow(value)).map(([key, value]) =>
-    [element("dt", {}, wordOf("calibration_row", key)), element("dd", {}, calibrationValue(key, value))]));
+  return rowList(Object.entries(part).filter(([, value]) => isRow(value)).map(([key, value]) =>
+    [wordOf("calibration_row", key), calibrationValue(key, value)]), "");
 }
 
 /** @param {any} facts */
@@ -113,8 +113,6 @@ export const calibrationView = {
         curve: part.curve.map((/** @type {number[]} */ [z_mm, sharpness]) => ({ z_mm, sharpness })) })) : null,
       section("figures", word("calibration_figures"), calibrationRows(part)), lists.map((key) => calibrationList(part, key)),
       part.change ? differencePage(part.change) : null,
-      section("origin", word("origin"), element("dl", { class: "rows" },
-        [...Object.entries(facts.provenance), ...facts.inputs.map((input) => [input.name, input.sha256])].map(([key, value]) =>
-          [element("dt", {}, key), element("dd", { class: "mono" }, value)]))));
+      section("origin", word("origin"), rowList([...Object.entries(facts.provenance), ...facts.inputs.map((input) => [input.name, input.sha256])])));
   },
 };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page of the morning: may the machine drill, what has moved, and every calibration of the night.
 import { chip, element, english, number, rowList, section, table, tile } from "../base/dom.js";
-import { absolute, amount, fixed, millimetres, place, secondsOf, timeText, whole } from "../base/format.js";
+import { absolute, amount, fixed, millimetres, minuteText, place, whole } from "../base/format.js";
 import { word, wordOf } from "../base/words.js";
 import { panelArrows } from "../figures/panel_arrows.js";
 import { chart } from "../figures/chart.js";
@@ -14,11 +14,6 @@ const stateKinds = { installed: "good", "kept old": "suspect", "would run": "sus
 /** @param {string} state */
 function stateChip(state) {
   return chip(stateKinds[/** @type {keyof typeof stateKinds} */ (state)] ?? "refused", wordOf("night_state", state));
-}
-
-/** @param {string} iso */
-function minuteText(iso) {
-  return `${timeText(secondsOf(iso))} UTC`;
 }
 
 /** @param {string[]} texts */
