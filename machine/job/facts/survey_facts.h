@@ -52,6 +52,11 @@ double gate_ratio(const GateVerdict& gate);
 std::optional<WorstGate> worst_gate(const Survey& survey);
 PooledChiSquare pooled_chi_square(const Survey& survey);
 
+/// The meaning of a chi square for the noise, as a word of the schema, with no more certainty than
+/// it has: "unchecked" (no equation to spare), "as_expected", "weak" (as expected, but one spare
+/// equation checks little), "rather_large", "too_large", "too_large_weak", "too_small".
+std::string_view chi_square_meaning(double chi_square, int degrees_of_freedom);
+
 /// In the order of Survey::measurements.
 std::vector<TargetFact> target_facts(const Survey& survey);
 

@@ -126,10 +126,7 @@ class Measuring {
   OffsetUncertainty offset_of(const SeriesResult& series) const;
   void fit_base(std::span<const FitPoint> points, SeriesResult& series);
   void fit_nested(std::span<const FitPoint> points, SeriesResult& series);
-  void report_fit_failure(const SeriesResult& series, FitFailure failure);
-  void report_mirrored(const SeriesResult& series);
-  void report_unbendable(const SeriesResult& series);
-  void report_folded(const SeriesResult& series);
+  void report_fit_failure(const SeriesResult& series, bool bends);
   void report_nested_on_smooth(const SeriesResult& series);
   static void note_reliability(SeriesResult& series);
   /// Fits and gates; leaves out what the gates allow to, and finds the cause of what does not fit.

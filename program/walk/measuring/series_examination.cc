@@ -37,7 +37,7 @@ KnownPads carried_pads(const KnownPads& pads,
 
 /// Deviation of a smooth series from its affine part.
 Eigen::Vector2d bending_mm(const SeriesResult& series, const Position<frame::Nominal>& nominal) {
-  if (!series.is_smooth()) return Eigen::Vector2d::Zero();
+  if (!series.base || !series.is_smooth()) return Eigen::Vector2d::Zero();
   return series.base->smooth->map(nominal).in_mm() - series.base->map.map(nominal).in_mm();
 }
 
