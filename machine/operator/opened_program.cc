@@ -28,7 +28,7 @@ ScreenTarget waiting_target(const MeasurementRequest& request) {
 
 std::string series_words(const SeriesResult& series) {
   if (!series.is_fitted()) return "no fit";
-  return fmt::format("{}, {}", model_text(series), series.is_accepted() ? "accepted" : "refused");
+  return fmt::format("{}, {}", series.model_text(), series.is_accepted() ? "accepted" : "refused");
 }
 
 }  // namespace
