@@ -23,6 +23,7 @@ constexpr std::array<std::string_view, 10> kOrderNames = {
     "open", "close", "start", "resume", "stop", "answer", "jog", "write", "calibrate", "roll_back"};
 /// Longer names and reasons say nothing more.
 constexpr std::size_t kMaxText = 1000;
+constexpr std::size_t kMaxWho = 100;
 /// No picture is wider, no jog longer, no lamp brighter.
 constexpr double kMaxNumber = 1e6;
 
@@ -47,9 +48,10 @@ class Members {
     const bool is_text = has(key) && object_[key].is_string();
     if (is_text) {
       std::string out = object_[key].get<std::string>();
-      if (!out.empty() && out.size() <= kMaxText) return out;
+      const bool is_line = escaped_controls(out) == out;
+      if (!out.empty() && out.size() <= kMaxText && is_line) return out;
     }
-    return failure(wrong(key, fmt::format("a text of 1 to {} bytes", kMaxText)));
+    return failure(wrong(key, fmt::format("a text in one line of 1 to {} bytes", kMaxText)));
   }
   Expected<double> number(const char* key) const {
     if (has(key)) {
@@ -147,6 +149,15 @@ Expected<std::int64_t> read_entry(const Members& members) {
   return failure(members.wrong("to", "the number of an entry of the ledger"));
 }
 
+/// The name stands in measurements, in the ledger, and in comments of programs: one line, in any
+/// language.
+Expected<void> check_who(const std::string& who) {
+  const bool is_line = !who.empty() && who.size() <= kMaxWho && escaped_controls(who) == who;
+  if (is_line) return {};
+  return failure(refused("name " + quoted(who),
+                         fmt::format("a person's name in one line of 1 to {} bytes", kMaxWho)));
+}
+
 /// Reads the members that an order has, each as a key of its own.
 Expected<void> read_members(const Members& members, Command& out) {
   const auto text = [&](const char* key, std::string& into) -> Expected<void> {
@@ -203,6 +214,7 @@ Expected<Command> parse_command(std::string_view text, const std::string& who) {
     return failure(refused(fmt::format("a command of {} bytes", text.size()),
                            fmt::format("at most {}", kMaxCommandBytes)));
   }
+  PANELCAL_CHECK(check_who(who));
   PANELCAL_TRY(const nlohmann::json object, parse_strict_json(text, kCommand));
   if (!object.is_object()) return failure(refused("no object", "{\"do\": ...}"));
   const Members members(object);

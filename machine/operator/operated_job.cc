@@ -269,7 +269,11 @@ class OperatedJob {
   void fail(const Diagnostic& problem) {
     const bool is_stopped = desk_.is_stopped_by_person();
     if (!log_.has_errors()) log_.add(problem);
-    finish(is_stopped ? JobState::Stopped : JobState::Failed,
+    // A signal ends this process: the job goes on with the next one.
+    const JobState state = is_stopped                          ? JobState::Stopped
+                           : problem.code == Code::Interrupted ? JobState::Resumable
+                                                               : JobState::Failed;
+    finish(state,
            ScreenVerdict{false, is_stopped ? "The job was stopped." : problem.text()},
            [](ScreenJob&) {});
   }

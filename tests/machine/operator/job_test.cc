@@ -3,6 +3,7 @@
 #include "machine/job/job.h"
 
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 
 #include "machine/job/output/output.h"
@@ -246,28 +247,64 @@ TEST_F(StationJob, StopsInTheMiddle) {
 
 // --- kept on the disk --------------------------------------------------------------------------
 
-TEST_F(StationJob, GoesOnAfterAKill) {
+constexpr const char* kKilledFolder = "PANELCAL_TEST_KILLED_FOLDER";
+constexpr const char* kKilledAfter = "PANELCAL_TEST_KILLED_AFTER";
+
+/// A station that measures in the folder of another process, and is killed.
+class KilledStation : public StationJob {
+ protected:
+  void measure_until_killed(const std::filesystem::path& folder, int n_measured);
+};
+
+void KilledStation::measure_until_killed(const std::filesystem::path& folder, int n_measured) {
+  StationSettings settings = this->settings();
+  settings.machine_file = folder / "machine.toml";
+  settings.jobs_folder = folder / "jobs";
+  auto station = Station::create(settings);
+  ASSERT_TRUE(station) << station.error().text();
+  station_ = *std::move(station);
+  add("panel.exc", kSmallProgram);
+  order(R"({"do":"open","program":"panel.exc"})");
+  order(R"({"do":"start"})");
+  wait_for([&](const nlohmann::json& screen) {
+    const auto& targets = screen["job"]["targets"];
+    return std::ranges::count(targets, "found", [](const nlohmann::json& target) {
+             return target["status"].get<std::string>();
+           }) >= n_measured;
+  });
+  raise(SIGKILL);
+}
+
+/// Runs GoesOnAfterAKill as the process that is killed; the status of its end.
+int end_of_killed_process(const std::filesystem::path& folder, int n_measured) {
+  setenv(kKilledFolder, folder.c_str(), 1);
+  setenv(kKilledAfter, std::to_string(n_measured).c_str(), 1);
+  const pid_t child = fork();
+  if (child == 0) {
+    execl("/proc/self/exe",
+          "operator_test",
+          "--gtest_filter=KilledStation.GoesOnAfterAKill",
+          static_cast<char*>(nullptr));
+    _exit(1);
+  }
+  unsetenv(kKilledFolder);
+  int status = 0;
+  waitpid(child, &status, 0);
+  return status;
+}
+
+TEST_F(KilledStation, GoesOnAfterAKill) {
+  if (const char* const folder = std::getenv(kKilledFolder)) {
+    return measure_until_killed(folder, std::atoi(std::getenv(kKilledAfter)));
+  }
   // The answer of a job that no kill has cut off.
   const std::string whole = run_output({.command = "test", .machine_driver = "sim"});
   int n_resumed = 0;
   for (int n_measured = 0; n_measured <= 6; ++n_measured) {
     SCOPED_TRACE(n_measured);
     std::filesystem::remove_all(folder_.path() / "jobs");
-    const pid_t child = fork();
-    if (child == 0) {
-      open_small_program();
-      order(R"({"do":"start"})");
-      wait_for([&](const nlohmann::json& screen) {
-        const auto& targets = screen["job"]["targets"];
-        return std::ranges::count(targets, "found", [](const nlohmann::json& target) {
-                 return target["status"].get<std::string>();
-               }) >= n_measured;
-      });
-      raise(SIGKILL);
-    }
-    int status = 0;
-    ASSERT_EQ(waitpid(child, &status, 0), child);
-    ASSERT_TRUE(WIFSIGNALED(status));
+    const int status = end_of_killed_process(folder_.path(), n_measured);
+    ASSERT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL);
     start();
     // The kill may come before the job has a folder, or when it has ended.
     if (screen().contains("job") && job()["state"] == "resumable") {

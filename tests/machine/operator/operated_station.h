@@ -19,6 +19,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "tests/machine/operator/screen_schema.h"
 #include "tests/machine/small_panel.h"
 #include "tests/machine/virtual_machine.h"
 
@@ -73,7 +74,11 @@ class OperatedStation : public ::testing::Test {
     order(R"({"do":"open","program":"panel.exc"})");
   }
 
-  nlohmann::json screen() const { return nlohmann::json::parse(station_->state().json); }
+  nlohmann::json screen() const {
+    nlohmann::json screen = nlohmann::json::parse(station_->state().json);
+    EXPECT_EQ(screen_problem(screen), "");
+    return screen;
+  }
   nlohmann::json job() const { return screen()["job"]; }
   void order(const std::string& json) {
     const auto done = station_->command(json, "Anna");
@@ -91,6 +96,7 @@ class OperatedStation : public ::testing::Test {
     while (true) {
       const Station::State state = station_->state();
       nlohmann::json screen = nlohmann::json::parse(state.json);
+      EXPECT_EQ(screen_problem(screen), "");
       if (is_wanted(screen)) return screen;
       if (std::chrono::steady_clock::now() > end) {
         ADD_FAILURE() << "still " << screen["job"].dump(1);

@@ -345,6 +345,27 @@ TEST_F(OperatorSourceTest, JogsWithinTheSearchRadius) {
   EXPECT_NEAR(answer->measured.position.in_mm().x() - request(0).expected.in_mm().x(), 0.5, 1e-9);
 }
 
+TEST_F(OperatorSourceTest, ShowsWhatTheCameraSeesWhileAQuestionIsOpen) {
+  OperatorSource::Station live{*desk_, *job_folder_, *feed_, machine_, nominal_, clock_};
+  live.is_live = true;
+  source_.emplace(live, script_, script_.get(), std::map<std::int64_t, Measurement>());
+  script_->answers = {lost()};
+  desk_->set_watched(true);
+  auto found = measure(0);
+  question();
+  const std::uint64_t first = desk_->frame()->number;
+  while (desk_->frame()->number < first + 2) {
+    desk_->wait(~std::uint64_t{0}, desk_->frame()->number, std::chrono::seconds(1));
+  }
+  ASSERT_TRUE(tell({.question = 1, .choice = Choice::Again}));
+  ASSERT_TRUE(found.get());
+  // The camera did not move for it.
+  for (const View& view : script_->views) {
+    EXPECT_EQ(view.axis, request(0).expected_in_machine());
+  }
+  EXPECT_GE(script_->views.size(), 2U);
+}
+
 TEST_F(OperatorSourceTest, EndsByAStop) {
   script_->answers = {lost()};
   auto found = measure(0);

@@ -30,6 +30,18 @@ TEST_F(StationTest, NeedsExactlyOneSource) {
   EXPECT_FALSE(Station::create(neither));
 }
 
+TEST_F(StationTest, StatesNothingThatTheSchemaDoesNotName) {
+  nlohmann::json screen = this->screen();
+  EXPECT_EQ(screen_problem(screen), "");
+  screen["programs"][0]["colour"] = "red";
+  EXPECT_NE(screen_problem(screen), "");
+  screen["programs"][0].erase("colour");
+  screen["programs"][0]["size_bytes"] = -1;
+  EXPECT_NE(screen_problem(screen), "");
+  screen["programs"][0].erase("size_bytes");
+  EXPECT_NE(screen_problem(screen), "");
+}
+
 TEST_F(StationTest, ListsProgramsByName) {
   add("another.drl", "M48\n%\nM30\n");
   const nlohmann::json programs = screen()["programs"];
