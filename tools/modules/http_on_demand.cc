@@ -18,11 +18,16 @@ Expected<std::shared_ptr<TlsIdentity>> open_tls_identity(const std::filesystem::
   return http_functions().open_tls_identity(certificate, key);
 }
 
+void load_protocol() {
+  http_functions();
+}
+
 void serve_connection(int socket,
+                      ConnectionNote& note,
                       TlsIdentity* identity,
                       HttpService& service,
                       const ConnectionLimits& limits) {
-  http_functions().serve_connection(socket, identity, service, limits);
+  http_functions().serve_connection(socket, note, identity, service, limits);
 }
 
 }  // namespace panelcal::serve

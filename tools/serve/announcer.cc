@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/serve/announcer.h"
 
+#include <new>
 #include <utility>
 
 namespace panelcal::serve {
@@ -38,7 +39,12 @@ void Announcer::follow() {
   constexpr std::chrono::milliseconds kLook{250};
   for (News seen = latest(); !seen.is_over; seen = latest()) {
     machine_.wait(seen.state_number, seen.picture_number, kLook);
-    look();
+    try {
+      look();
+    } catch (const std::bad_alloc&) {
+      // The next look may find the memory.
+      pause(std::chrono::steady_clock::now() + kLook);
+    }
   }
 }
 

@@ -25,20 +25,25 @@ std::string event_text(std::string_view name, std::string_view data) {
 
 }  // namespace
 
-EventStream::EventStream(Announcer& announcer, Controls& controls, std::string key)
-    : announcer_(announcer), controls_(controls), key_(std::move(key)) {
+EventStream::EventStream(Announcer& announcer, Controls& controls, std::function<bool()> may_look)
+    : announcer_(announcer), controls_(controls), may_look_(std::move(may_look)) {
 }
 
 std::shared_ptr<EventStream> EventStream::open(Announcer& announcer,
                                                Controls& controls,
-                                               std::string key) {
-  if (!announcer.add_screen()) return nullptr;
-  controls.open_stream(key, std::chrono::steady_clock::now());
-  return std::shared_ptr<EventStream>(new EventStream(announcer, controls, std::move(key)));
+                                               const std::string& stream,
+                                               std::function<bool()> may_look) {
+  std::shared_ptr<EventStream> opened(new EventStream(announcer, controls, std::move(may_look)));
+  opened->is_counted_ = announcer.add_screen();
+  if (!opened->is_counted_) return nullptr;
+  opened->number_ = controls.open_stream(stream, std::chrono::steady_clock::now());
+  if (opened->number_ != 0) announcer.announce_controls();
+  return opened;
 }
 
 EventStream::~EventStream() {
-  controls_.close_stream(key_, std::chrono::steady_clock::now());
+  if (!is_counted_) return;
+  controls_.close_stream(number_, std::chrono::steady_clock::now());
   announcer_.remove_screen();
 }
 
@@ -46,7 +51,7 @@ std::string EventStream::controls_event() const {
   const std::string holder = controls_.holder();
   facts::Json document;
   document["controls"]["held_by"] = holder.empty() ? facts::Json() : facts::Json(holder);
-  document["controls"]["mine"] = controls_.is_held_by(key_);
+  document["controls"]["mine"] = controls_.is_mine(number_);
   return event_text("controls", facts::text(document));
 }
 
@@ -59,7 +64,7 @@ std::optional<std::string> EventStream::next(std::chrono::milliseconds at_most) 
     announcer_.pause(last_state_ + kStateInterval);
     news = announcer_.latest();
   }
-  if (news.is_over) return std::nullopt;
+  if (news.is_over || !may_look_()) return std::nullopt;
   const Now now = std::chrono::steady_clock::now();
   std::string text;
   if (news.controls_number != seen_.controls_number || now - last_sent_ >= kSignOfLife) {

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -21,10 +23,12 @@ class EventStream final : public EventSource {
   /// Something is sent at least this often, so that a screen notices a lost connection.
   static constexpr std::chrono::milliseconds kSignOfLife{5000};
 
-  /// Null: there are too many screens.
+  /// In     stream: the part of the controls' key that names it, or empty; may_look: false ends it
+  /// Out    null: there are too many screens
   static std::shared_ptr<EventStream> open(Announcer& announcer,
                                            Controls& controls,
-                                           std::string key);
+                                           const std::string& stream,
+                                           std::function<bool()> may_look);
   EventStream(const EventStream&) = delete;
   EventStream& operator=(const EventStream&) = delete;
   ~EventStream() override;
@@ -32,12 +36,14 @@ class EventStream final : public EventSource {
   std::optional<std::string> next(std::chrono::milliseconds at_most) override;
 
  private:
-  EventStream(Announcer& announcer, Controls& controls, std::string key);
+  EventStream(Announcer& announcer, Controls& controls, std::function<bool()> may_look);
   std::string controls_event() const;
 
   Announcer& announcer_;
   Controls& controls_;
-  std::string key_;
+  std::function<bool()> may_look_;
+  std::uint64_t number_ = 0;  ///< of the holder of the controls; 0: of another screen
+  bool is_counted_ = false;
   Announcer::News seen_;
   Now last_state_{};
   Now last_sent_{};

@@ -10,7 +10,7 @@
 // Responses with the headers that each of them has.
 namespace panelcal::serve {
 
-/// What a document may load and run, and who may show it in a frame.
+/// The things that a document may load and run, and the sites that may show it in a frame.
 enum class Policy : unsigned char {
   Nothing,  ///< no document: what a browser shows of it does nothing
   Screen,   ///< the front end of web/serve: its own script and style, nothing inline

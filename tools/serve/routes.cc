@@ -2,6 +2,7 @@
 // The answers of Service, one function a route.
 #include <algorithm>
 #include <array>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -35,12 +36,23 @@ std::string text_of(const json& object, const char* key) {
   return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
+/// True of characters that show nothing and turn the text around them: U+200B to U+200F, U+2028 to
+/// U+202E, U+2060 to U+206F, U+FEFF.
+bool is_invisible(std::string_view character) {
+  if (character == "\xef\xbb\xbf") return true;
+  if (character.size() != 3 || character[0] != '\xe2') return false;
+  const auto last = static_cast<unsigned char>(character[2]);
+  if (character[1] == '\x81') return last >= 0xa0 && last <= 0xaf;
+  const bool is_space = last >= 0x8b && last <= 0x8f;
+  return character[1] == '\x80' && (is_space || (last >= 0xa8 && last <= 0xae));
+}
+
 /// A name as people have them: valid UTF-8 without control characters, neither empty nor long.
-bool is_name(std::string_view text, std::size_t max_bytes) {
-  if (text.empty() || text.size() > max_bytes || escaped_controls(text) != text) return false;
-  while (!text.empty()) {
+bool is_name(std::string_view text, std::size_t max_characters) {
+  if (text.empty() || escaped_controls(text) != text) return false;
+  for (std::size_t n_characters = 1; !text.empty(); ++n_characters) {
     const std::size_t n = utf8_length(text);
-    if (n == 0) return false;
+    if (n == 0 || n_characters > max_characters || is_invisible(text.substr(0, n))) return false;
     text.remove_prefix(n);
   }
   return true;
@@ -105,11 +117,14 @@ Response Service::state(const Request& /*request*/, const Target& /*target*/) {
   return reply(200, kJsonType, *parts_.announcer.latest().state);
 }
 
-Response Service::events(const Request& /*request*/, const Target& target) {
-  const auto key = target.parameters.find("key");
+Response Service::events(const Request& request, const Target& target) {
+  const auto name = target.parameters.find("stream");
+  // A stream is no way to go on looking when the session is over.
+  const auto may_look = [this, request] { return !check_login(request); };
   auto stream = EventStream::open(parts_.announcer,
                                   parts_.controls,
-                                  key == target.parameters.end() ? std::string() : key->second);
+                                  name == target.parameters.end() ? std::string() : name->second,
+                                  may_look);
   if (stream == nullptr) {
     return error_reply(
         503, "too many screens", fmt::format("at most {} at a time", Announcer::kMaxScreens));
@@ -133,18 +148,33 @@ Response Service::job_file(const Request& /*request*/, const Target& target) {
   const std::size_t slash = std::min(rest.find('/'), rest.size());
   const std::string id(rest.substr(0, slash));
   const std::string name(rest.substr(std::min(slash + 1, rest.size())));
-  const JobFile* const file = job_file_of(name);
-  if (file == nullptr || !is_job_id(id)) {
-    return error_reply(404, fmt::format("no file of a job: \"{}\"", quoted(rest)), "");
+  if (job_file_of(name) == nullptr || !is_job_id(id)) {
+    return error_reply(404, fmt::format("no file of a job: {}", quoted(rest)), "");
   }
-  Expected<std::string> bytes = parts_.machine.job_file(id, name);
+  return send_file(id, name);
+}
+
+/// What the night, or a calibration by day, has found.
+Response Service::calibration_page(const Request& /*request*/, const Target& /*target*/) {
+  return send_file("night", "report.html");
+}
+
+Response Service::send_file(const std::string& job_id, const std::string& name) {
+  if (n_files_->fetch_add(1) >= kMaxFiles) {
+    n_files_->fetch_sub(1);
+    return error_reply(503, "too many files on their way", "another try in a moment");
+  }
+  const std::shared_ptr<void> permit(n_files_.get(), [n = n_files_](void*) { n->fetch_sub(1); });
+  Expected<std::string> bytes = parts_.machine.job_file(job_id, name);
   if (!bytes) {
     Response refusal = error_reply(bytes.error());
     refusal.status = 404;
     return refusal;
   }
-  Response response = reply(200, file->content_type, *std::move(bytes), file->policy);
-  if (file->is_download) response.headers.push_back({"Content-Disposition", "attachment"});
+  const JobFile& file = *job_file_of(name);
+  Response response = reply(200, file.content_type, *std::move(bytes), file.policy);
+  if (file.is_download) response.headers.push_back({"Content-Disposition", "attachment"});
+  response.permit = permit;
   return response;
 }
 
@@ -158,23 +188,26 @@ Response Service::log_in(const Request& request, const Target& /*target*/) {
     Response refusal = error_reply(
         429, "too many wrong tokens", fmt::format("another try in {} s", answer.wait.count()));
     refusal.headers.push_back({"Retry-After", std::to_string(answer.wait.count())});
+    refusal.delay = std::chrono::seconds(1);
     return refusal;
   }
   if (answer.session.empty()) {
     return error_reply(401, "wrong token", "the token that panelcal serve printed");
   }
+  // Of a proxy that ends TLS the origin tells.
+  const bool is_https = request.is_encrypted || request.header("origin").starts_with("https://");
   Response response = reply(200, kJsonType, "{}\n");
   response.headers.push_back({"Set-Cookie",
                               fmt::format("{}={}; Path=/; HttpOnly; SameSite=Strict; Max-Age={}{}",
                                           session_cookie(request),
                                           answer.session,
                                           std::chrono::seconds(Login::kSessionLength).count(),
-                                          request.is_encrypted ? "; Secure" : "")});
+                                          is_https ? "; Secure" : "")});
   return response;
 }
 
 Response Service::change_controls(const Request& request, const Target& /*target*/) {
-  constexpr std::size_t kMaxName_bytes = 240;  // 60 characters of four bytes
+  constexpr std::size_t kMaxName = 60;  // characters
   const Expected<json> body = parse_object(request);
   if (!body) return error_reply(body.error());
   const std::string key(request.header("x-panelcal-controls"));
@@ -190,9 +223,9 @@ Response Service::change_controls(const Request& request, const Target& /*target
     return reply(200, kJsonType, "{}\n");
   }
   const std::string name = text_of(*body, "name");
-  if (!is_name(name, kMaxName_bytes)) {
+  if (!is_name(name, kMaxName)) {
     return error_reply(400,
-                       fmt::format("\"name\" not usable: \"{}\"", quoted(name)),
+                       fmt::format("\"name\" not usable: {}", quoted(name)),
                        "the name of a person, at most 60 characters");
   }
   const auto taken = parts_.controls.take({name, key, text_of(*body, "from")}, parts_.now());
@@ -213,25 +246,23 @@ Response Service::command(const Request& request, const Target& /*target*/) {
   if (text_of(*body, "do").empty()) {
     return error_reply(400, "\"do\" missing", "a command, such as {\"do\":\"start\"}");
   }
-  // The controls may have changed hands while the body came.
-  const auto who = parts_.controls.use(request.header("x-panelcal-controls"), parts_.now());
-  if (!who) return error_reply(403, "controls held by another screen", "take the controls first");
-  const Expected<void> done = parts_.machine.command(request.body, *who);
+  const Expected<void> done = parts_.controls.while_held(
+      request.header("x-panelcal-controls"), parts_.now(), [&](const std::string& who) {
+        return parts_.machine.command(request.body, who);
+      });
   return done ? reply(200, kJsonType, "{}\n") : error_reply(done.error());
 }
 
 Response Service::add_program(const Request& request, const Target& target) {
-  constexpr std::size_t kMaxName_bytes = 128;
+  constexpr std::size_t kMaxName = 128;  // characters
   const auto found = target.parameters.find("name");
   const std::string name = found == target.parameters.end() ? std::string() : found->second;
-  if (!is_name(name, kMaxName_bytes) || name.front() == '.' ||
-      name.find_first_of("/\\") != name.npos) {
+  if (!is_name(name, kMaxName) || name.front() == '.' || name.find_first_of("/\\") != name.npos) {
     return error_reply(400,
-                       fmt::format("name of a program not usable: \"{}\"", quoted(name)),
-                       "a name of at most 128 bytes without / and \\, not hidden");
+                       fmt::format("name of a program not usable: {}", quoted(name)),
+                       "a name of at most 128 characters without / and \\, not hidden");
   }
-  const auto who = parts_.controls.use(request.header("x-panelcal-controls"), parts_.now());
-  if (!who) return error_reply(403, "controls held by another screen", "take the controls first");
+  // It moves nothing and may take seconds, in which the holder must be able to stop.
   const Expected<void> done = parts_.machine.add_program(name, request.body);
   return done ? reply(200, kJsonType, "{}\n") : error_reply(done.error());
 }

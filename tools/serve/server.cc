@@ -11,7 +11,9 @@ void run_server(const Listener& listener,
                 Announcer& announcer,
                 int stop_fd,
                 const ConnectionLimits& limits) {
-  Connections connections([&](int socket) { serve_connection(socket, identity, service, limits); });
+  Connections connections([&](int socket, ConnectionNote& note) {
+    serve_connection(socket, note, identity, service, limits);
+  });
   connections.run(listener.socket(), stop_fd);
   announcer.end();
 }

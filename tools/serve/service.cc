@@ -31,13 +31,14 @@ const Service::Route* Service::find_route(const Target& target) {
   using enum Route::Needs;
   constexpr std::string_view kJson = "application/json";
   constexpr std::string_view kBytes = "application/octet-stream";
-  static constexpr std::array<Route, 11> kRoutes = {{
+  static constexpr std::array<Route, 12> kRoutes = {{
       {"GET", "/", Nothing, "", 0, &Service::page},
       {"GET", "/app.js", Nothing, "", 0, &Service::script},
       {"GET", "/app.css", Nothing, "", 0, &Service::style},
       {"GET", "/api/state", Login, "", 0, &Service::state},
       {"GET", "/api/events", Login, "", 0, &Service::events},
       {"GET", "/api/frame.jpg", Login, "", 0, &Service::picture},
+      {"GET", "/api/calibration/report.html", Login, "", 0, &Service::calibration_page},
       {"GET", "/api/jobs/", Login, "", 0, &Service::job_file},
       {"POST", "/api/login", Nothing, kJson, kMaxCommand_bytes, &Service::log_in},
       {"POST", "/api/controls", Login, kJson, kMaxCommand_bytes, &Service::change_controls},
@@ -54,8 +55,6 @@ Response Service::refuse(int status) {
   switch (status) {
     case 408:
       return error_reply(408, "body incomplete", "the bytes that Content-Length states, in time");
-    case 414:
-      return error_reply(414, "request line too long", "at most 8192 bytes");
     case 431:
       return error_reply(431, "headers too large", "at most 8192 bytes together");
     default:
@@ -70,13 +69,13 @@ std::optional<Response> Service::check_site(const Request& head, const Target& t
   const std::string_view host = head.header("host");
   if (!is_own_host(host, arrival, parts_.host_names)) {
     return error_reply(403,
-                       fmt::format("Host \"{}\" is not a name of this server", quoted(host)),
+                       fmt::format("Host {} is not a name of this server", quoted(host)),
                        "its address, or a name that --host-name lists");
   }
   if (head.n_headers("origin") > 0 &&
       !is_own_origin(head.header("origin"), host, arrival, parts_.host_names)) {
     return error_reply(
-        403, fmt::format("request from another site: \"{}\"", quoted(head.header("origin"))), "");
+        403, fmt::format("request from another site: {}", quoted(head.header("origin"))), "");
   }
   const std::string_view site = head.header("sec-fetch-site");
   const bool is_page = target.path == "/";  // anyone may link to it
@@ -105,14 +104,14 @@ std::optional<Response> Service::check_body(const Request& head, const Route& ro
   const std::string_view type = head.header("content-type");
   if (type.substr(0, type.find(';')) != route.body_type) {
     return error_reply(415,
-                       fmt::format("Content-Type \"{}\"", quoted(type)),
+                       fmt::format("Content-Type {}", quoted(type)),
                        fmt::format("Content-Type {}", route.body_type));
   }
   std::size_t n_bytes = 0;
   const char* const end = length.data() + length.size();
   const auto read = std::from_chars(length.data(), end, n_bytes);
   if (length.empty() || read.ptr != end || read.ec == std::errc::invalid_argument) {
-    return error_reply(411, fmt::format("Content-Length \"{}\"", quoted(length)), "a number");
+    return error_reply(411, fmt::format("Content-Length {}", quoted(length)), "a number");
   }
   if (read.ec != std::errc() || n_bytes > route.max_body_bytes) {
     return error_reply(413,
@@ -137,13 +136,13 @@ std::variant<Response, Service::Admitted> Service::examine(const Request& head) 
   std::optional<Target> target = parse_target(head.target);
   if (!target) {
     return error_reply(400,
-                       fmt::format("address not readable: \"{}\"", quoted(head.target)),
+                       fmt::format("address not readable: {}", quoted(head.target)),
                        "see docs/howto/serve.md");
   }
   if (auto refusal = check_site(head, *target)) return *std::move(refusal);
   const Route* const route = find_route(*target);
   if (route == nullptr) {
-    return error_reply(404, fmt::format("nothing at \"{}\"", quoted(target->path)), "");
+    return error_reply(404, fmt::format("nothing at {}", quoted(target->path)), "");
   }
   // HEAD is a GET without its body; a stream has no end that it could wait for.
   const bool is_head = head.method == "HEAD" && route->answer != &Service::events;
@@ -179,7 +178,11 @@ Response Service::handle(const Request& request) {
     auto examined = examine(request);
     if (auto* const refusal = std::get_if<Response>(&examined)) return std::move(*refusal);
     const Admitted& admitted = std::get<Admitted>(examined);
-    return (this->*admitted.route->answer)(request, admitted.target);
+    Response response = (this->*admitted.route->answer)(request, admitted.target);
+    const bool has_session =
+        parts_.login != nullptr && admitted.route->needs != Route::Needs::Nothing;
+    response.is_trusted = has_session || response.events != nullptr;
+    return response;
   } catch (const std::bad_alloc&) {
     return error_reply(503, "memory does not suffice", "fewer screens, or a smaller request");
   } catch (const std::exception& error) {

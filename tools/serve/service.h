@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -72,13 +74,18 @@ class Service final : public HttpService {
   Response state(const Request& request, const Target& target);
   Response events(const Request& request, const Target& target);
   Response picture(const Request& request, const Target& target);
+  Response calibration_page(const Request& request, const Target& target);
   Response job_file(const Request& request, const Target& target);
+  Response send_file(const std::string& job_id, const std::string& name);
   Response log_in(const Request& request, const Target& target);
   Response change_controls(const Request& request, const Target& target);
   Response command(const Request& request, const Target& target);
   Response add_program(const Request& request, const Target& target);
 
   Parts parts_;
+  /// Files of jobs on their way, which may be large: no more than kMaxFiles at a time.
+  static constexpr int kMaxFiles = 4;
+  std::shared_ptr<std::atomic<int>> n_files_ = std::make_shared<std::atomic<int>>(0);
 };
 
 }  // namespace panelcal::serve

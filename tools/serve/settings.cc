@@ -27,7 +27,7 @@ Expected<void> check_access(const AccessSettings& settings, const Listener& list
   }
   for (const std::string& name : settings.host_names) {
     if (is_host_name(name)) continue;
-    return unsafe(fmt::format("--host-name \"{}\"", quoted(name)),
+    return unsafe(fmt::format("--host-name {}", quoted(name)),
                   "a name in small letters without a port, such as drill.example.org");
   }
   if (is_loopback(listener.host())) return {};

@@ -10,7 +10,7 @@
 
 namespace panelcal::serve {
 
-/// What the command line says of access.
+/// The options of the command line about access.
 struct AccessSettings {
   std::string token_file;   ///< empty: no token is asked for
   std::string certificate;  ///< PEM; empty: without TLS

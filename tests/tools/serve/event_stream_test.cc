@@ -18,7 +18,8 @@ constexpr milliseconds kLong{2000};
 class ServeEvents : public ServedTest {
  protected:
   std::shared_ptr<EventSource> open(const std::string& of_key = "") {
-    return get("/api/events" + (of_key.empty() ? "" : "?key=" + of_key)).events;
+    const std::string name = of_key.substr(of_key.find('.') + 1);
+    return get("/api/events" + (name.empty() ? "" : "?stream=" + name)).events;
   }
 };
 
@@ -51,6 +52,27 @@ TEST_F(ServeEvents, TellEachScreenWhetherTheControlsAreItsOwn) {
   EXPECT_THAT(*other->next(kLong), HasSubstr(R"({"held_by":"Anna","mine":false})"));
   ASSERT_EQ(service->handle(post("/api/controls", R"({"take":false})")).status, 200);
   EXPECT_THAT(*own->next(kLong), HasSubstr(R"({"held_by":null,"mine":false})"));
+}
+
+TEST_F(ServeEvents, TellADuplicatedScreenThatTheControlsAreElsewhere) {
+  take_controls("Anna");
+  const auto first = open(key);
+  EXPECT_THAT(*first->next(kLong), HasSubstr("\"mine\":true"));
+  auto second = open(key);
+  EXPECT_THAT(*second->next(kLong), HasSubstr("\"mine\":true"));
+  EXPECT_THAT(*first->next(kLong), HasSubstr("\"mine\":false"));
+}
+
+class GuardedServeEvents : public GuardedTest {};
+
+TEST_F(GuardedServeEvents, EndWithTheSession) {
+  cookie = header_of(log_in(kToken), "Set-Cookie");
+  cookie = cookie.substr(0, cookie.find(';'));
+  const auto stream = get("/api/events").events;
+  ASSERT_NE(stream, nullptr);
+  EXPECT_TRUE(stream->next(kLong));
+  now += Login::kSessionLength;
+  EXPECT_FALSE(stream->next(milliseconds(20)));
 }
 
 TEST_F(ServeEvents, SendTheNewestDocumentOnlyTenTimesASecond) {

@@ -51,7 +51,7 @@ class FakeMachine final : public ServedMachine {
 
   Expected<std::string> job_file(const std::string& job_id,
                                  const std::string& name) const override {
-    if (job_id != "2026-11-27-1") {
+    if (job_id != "2026-11-27-1" && job_id != "night") {
       return failure({Code::FileUnreadable, {job_id, 0, 0}, "no such job", ""});
     }
     return "bytes of " + name;

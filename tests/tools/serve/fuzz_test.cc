@@ -100,7 +100,7 @@ class RequestSource {
                              "/api/programs?name=a.exc",
                              "/api/jobs/2026-11-27-1/output",
                              "/api/jobs/../../etc/passwd",
-                             "/api/events?key=" + key_,
+                             "/api/events?stream=" + key_,
                              noise(60)});
     if (chance(0.2)) text = changed(text);
     if (chance(0.1)) text += pick({"?", "&", "%", "%2e%2e/", "/..", "=&=", "?a=%00", noise(10)});
@@ -130,7 +130,7 @@ class RequestSource {
 using ServeFuzz = GuardedTest;
 
 TEST_F(ServeFuzz, ChangesNothingWithoutTheToken) {
-  // Somebody else is logged in and holds the controls.
+  // Another person is logged in and holds the controls.
   cookie = header_of(log_in(kToken), "Set-Cookie");
   cookie = cookie.substr(0, cookie.find(';'));
   take_controls("Anna");

@@ -148,22 +148,19 @@ TEST_F(ServeSocket, AnswersWhatIsNoRequestWithTheHeadersOfSafety) {
                                    std::string("GET /\r\n\r\n"),
                                    std::string("GET / HTTP/9.9\r\n\r\n"),
                                    head("GET / HTTP/1.1", "no colon\r\n"),
-                                   head("GET /api/state HTTP/1.1", "Range: bytes=5-1,x\r\n"),
                                    std::string("\x16\x03\x01\x02\r\n\r\n"),
                                    std::string(3, '\0') + "\r\n\r\n"}) {
     const std::string answer = ask(bytes);
-    if (answer.empty()) continue;  // closed without a word
-    if (answer.starts_with("HTTP/1.1 200 ")) continue;
-    EXPECT_THAT(answer, StartsWith("HTTP/1.1 4")) << testing::PrintToString(bytes);
+    EXPECT_THAT(answer, StartsWith("HTTP/1.1 400 ")) << testing::PrintToString(bytes);
     EXPECT_THAT(answer, HasSubstr("Content-Security-Policy: default-src 'none'"));
     EXPECT_THAT(answer, HasSubstr("\"error\""));
-    EXPECT_THAT(answer, Not(HasSubstr("EXCEPTION_WHAT")));
+    EXPECT_THAT(answer, HasSubstr("Connection: close\r\n"));
   }
 }
 
 TEST_F(ServeSocket, EndsEndlessHeads) {
   const std::string line = head("GET /" + std::string(20'000, 'a') + " HTTP/1.1");
-  EXPECT_THAT(ask(line), Not(HasSubstr(" 200 ")));
+  EXPECT_THAT(ask(line), StartsWith("HTTP/1.1 431 "));
   std::string many;
   for (int i = 0; i < 10'000; ++i) many += "X-" + std::to_string(i) + ": y\r\n";
   EXPECT_THAT(ask(head("GET /api/state HTTP/1.1", many)), StartsWith("HTTP/1.1 431 "));
@@ -173,12 +170,38 @@ TEST_F(ServeSocket, EndsEndlessHeads) {
   EXPECT_TRUE(endless.is_closed);
 }
 
-TEST_F(ServeSocket, TakesManyRangesForNone) {
-  std::string ranges = "Range: bytes=0-0";
-  while (ranges.size() < 7900) ranges += ",0-0";
-  const std::string answer = ask(head("GET /api/state HTTP/1.1", ranges + "\r\n"));
-  EXPECT_THAT(answer, Not(HasSubstr("multipart")));
-  EXPECT_LT(answer.size(), 2000U);
+TEST_F(ServeSocket, GivesTheLibraryNothingOfARequest) {
+  // cpp-httplib reads these by std::regex, which takes the stack for each digit.
+  const std::string digits = "Range: bytes=" + std::string(7900, '1') + "\r\n";
+  EXPECT_THAT(ask(head("GET /app.js HTTP/1.1", digits)), HasSubstr("\r\n\r\nscript"));
+  const std::string answer =
+      ask(head("GET /app.js HTTP/1.1", "Range: bytes=0-1\r\nAccept-Encoding: br, gzip\r\n"));
+  EXPECT_THAT(answer, StartsWith("HTTP/1.1 200 "));
+  EXPECT_THAT(answer, HasSubstr("\r\n\r\nscript"));
+}
+
+TEST_F(ServeSocket, InvitesABodyOnlyAfterItIsAdmitted) {
+  const std::string expect = "Content-Type: application/json\r\nExpect: 100-continue\r\n";
+  Client refused(listener_.port());
+  refused.send(head("POST /api/login HTTP/1.1", expect + "Content-Length: 70000\r\n"));
+  EXPECT_THAT(refused.read_until("\r\n\r\n", milliseconds(5000)), StartsWith("HTTP/1.1 413 "));
+  Client admitted(listener_.port());
+  admitted.send(head("POST /api/login HTTP/1.1", expect + "Content-Length: 2\r\n"));
+  EXPECT_EQ(admitted.read_until("\r\n\r\n", milliseconds(5000)), "HTTP/1.1 100 Continue\r\n\r\n");
+  admitted.send("{}");
+  EXPECT_THAT(admitted.read_until("{}", milliseconds(5000)), StartsWith("HTTP/1.1 200 "));
+}
+
+TEST_F(ServeSocket, MakesRoomForPeopleAmongIdleConnections) {
+  Client screen(listener_.port());
+  screen.send(head("GET /api/events HTTP/1.1"));
+  screen.read_until("event: controls", milliseconds(5000));
+  std::vector<std::unique_ptr<Client>> idle;
+  for (int i = 0; i < 200; ++i) idle.push_back(std::make_unique<Client>(listener_.port()));
+  EXPECT_THAT(ask(head("GET /app.js HTTP/1.1")), HasSubstr("script"));
+  // The screen has stayed.
+  machine.change("{\"still\":\"here\"}");
+  EXPECT_THAT(screen.read_until("still", milliseconds(5000)), HasSubstr("still"));
 }
 
 TEST_F(ServeSocket, ClosesConnectionsThatSendTooSlowly) {

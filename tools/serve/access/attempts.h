@@ -15,8 +15,7 @@ using Now = std::chrono::steady_clock::time_point;
 struct AttemptLimits {
   std::chrono::seconds window{60};
   std::size_t n_per_address = 5;
-  /// Of all addresses together: a token of 125 bits is not found by guessing at this rate, however
-  /// many addresses guess.
+  /// Of all addresses together.
   std::size_t n_in_total = 50;
 };
 
@@ -25,7 +24,7 @@ class Attempts {
  public:
   explicit Attempts(AttemptLimits limits = {}) : limits_(limits) {}
 
-  /// The time until a token of this address is looked at again; zero: it is looked at now.
+  /// The time until this address may be wrong again; zero: now.
   std::chrono::seconds wait_of(const std::string& address, Now now);
   void note_wrong(const std::string& address, Now now);
 

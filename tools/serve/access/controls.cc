@@ -12,11 +12,12 @@ bool Controls::is_own(std::string_view key) const {
 void Controls::free() {
   key_.clear();
   name_.clear();
-  n_streams_ = 0;
+  streams_.clear();
   ++number_;
 }
 
 std::optional<std::string> Controls::take(const Wish& wish, Now now) {
+  const std::lock_guard after_commands(acting_);
   const std::lock_guard lock(mutex_);
   const bool is_holder = is_own(wish.key);
   if (!key_.empty() && !is_holder && (wish.from.empty() || wish.from != name_)) {
@@ -24,7 +25,7 @@ std::optional<std::string> Controls::take(const Wish& wish, Now now) {
   }
   if (!is_holder) {
     free();
-    key_ = random_secret();
+    key_ = random_secret() + "." + random_secret();
   }
   name_ = wish.name;
   last_sign_ = now;
@@ -33,17 +34,29 @@ std::optional<std::string> Controls::take(const Wish& wish, Now now) {
 }
 
 bool Controls::give_back(std::string_view key) {
+  const std::lock_guard after_commands(acting_);
   const std::lock_guard lock(mutex_);
   if (!is_own(key)) return false;
   free();
   return true;
 }
 
-std::optional<std::string> Controls::use(std::string_view key, Now now) {
-  const std::lock_guard lock(mutex_);
-  if (!is_own(key)) return std::nullopt;
-  last_sign_ = now;
-  return name_;
+Expected<void> Controls::while_held(
+    std::string_view key,
+    Now now,
+    const std::function<Expected<void>(const std::string& name)>& act) {
+  const std::lock_guard acting(acting_);
+  std::string name;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!is_own(key)) {
+      return failure(
+          {Code::Usage, {}, "controls held by another screen", "take the controls first"});
+    }
+    last_sign_ = now;
+    name = name_;
+  }
+  return act(name);
 }
 
 bool Controls::is_held_by(std::string_view key) const {
@@ -61,23 +74,34 @@ std::uint64_t Controls::number() const {
   return number_;
 }
 
-void Controls::open_stream(std::string_view key, Now now) {
+std::uint64_t Controls::open_stream(std::string_view stream, Now now) {
   const std::lock_guard lock(mutex_);
-  if (!is_own(key)) return;
-  ++n_streams_;
+  const std::size_t dot = key_.find('.');
+  if (key_.empty() || !is_equal_in_constant_time(key_.substr(dot + 1), stream)) return 0;
   last_sign_ = now;
+  streams_.push_back(next_stream_);
+  ++number_;
+  return next_stream_++;
 }
 
-void Controls::close_stream(std::string_view key, Now now) {
+void Controls::close_stream(std::uint64_t number, Now now) {
   const std::lock_guard lock(mutex_);
-  if (!is_own(key) || n_streams_ == 0) return;
-  --n_streams_;
+  if (std::erase(streams_, number) == 0) return;
   last_sign_ = now;
+  ++number_;
+}
+
+bool Controls::is_mine(std::uint64_t stream_number) const {
+  const std::lock_guard lock(mutex_);
+  return !streams_.empty() && streams_.back() == stream_number;
 }
 
 bool Controls::expire(Now now) {
+  // Who acts shows signs of life.
+  const std::unique_lock after_commands(acting_, std::try_to_lock);
+  if (!after_commands) return false;
   const std::lock_guard lock(mutex_);
-  if (key_.empty() || n_streams_ > 0 || now - last_sign_ < kGrace) return false;
+  if (key_.empty() || !streams_.empty() || now - last_sign_ < kGrace) return false;
   free();
   return true;
 }

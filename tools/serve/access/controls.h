@@ -3,16 +3,21 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "calib/base/expected.h"
 #include "tools/serve/access/attempts.h"
 
 namespace panelcal::serve {
 
-/// Who may give commands: one screen, or none. It proves itself by a key. Thread-safe.
+/// The right to give commands, which one screen has, or none. It proves itself by a key,
+/// SECRET.STREAM, of which the second part names its stream of events and gives no right: it stands
+/// in an address, which proxies write down. Thread-safe.
 class Controls {
  public:
   /// Controls whose screen shows no sign of life for this long are free: longer than a reload
@@ -29,17 +34,23 @@ class Controls {
   /// False: this key does not hold them.
   bool give_back(std::string_view key);
 
-  /// The holder's name if the key is theirs, which is a sign of life.
-  std::optional<std::string> use(std::string_view key, Now now);
+  /// Calls `act` with the holder's name if the key is theirs, which is a sign of life. Until it
+  /// returns, the controls change hands for no one: nothing acts for who has lost them.
+  Expected<void> while_held(std::string_view key,
+                            Now now,
+                            const std::function<Expected<void>(const std::string& name)>& act);
   bool is_held_by(std::string_view key) const;
   /// The name of the holder; empty: the controls are free.
   std::string holder() const;
   /// Grows with each change of the holder.
   std::uint64_t number() const;
 
-  /// A stream of events of a screen with this key begins or ends.
-  void open_stream(std::string_view key, Now now);
-  void close_stream(std::string_view key, Now now);
+  /// A stream of events begins. The number of the holder's, of others 0.
+  std::uint64_t open_stream(std::string_view stream, Now now);
+  void close_stream(std::uint64_t number, Now now);
+  /// True of the newest stream of the holder: of a screen that was duplicated, one has the
+  /// controls.
+  bool is_mine(std::uint64_t stream_number) const;
   /// Frees what shows no sign of life; true: the holder changed.
   bool expire(Now now);
 
@@ -47,11 +58,13 @@ class Controls {
   bool is_own(std::string_view key) const;
   void free();
 
+  std::mutex acting_;  ///< held while a command acts; locked before the other one
   mutable std::mutex mutex_;
   std::string key_;  ///< empty: free
   std::string name_;
   Now last_sign_{};
-  int n_streams_ = 0;  ///< of the holder
+  std::vector<std::uint64_t> streams_;  ///< of the holder, oldest first
+  std::uint64_t next_stream_ = 1;
   std::uint64_t number_ = 1;
 };
 

@@ -15,10 +15,10 @@ std::string session_hash(std::string_view session) {
 
 Login::Answer Login::log_in(std::string_view token, const std::string& address, Now now) {
   const std::lock_guard lock(mutex_);
-  if (const auto wait = attempts_.wait_of(address, now); wait.count() > 0) return {"", wait};
   if (!token_.is(token)) {
+    const auto wait = attempts_.wait_of(address, now);
     attempts_.note_wrong(address, now);
-    return {};
+    return {"", wait};
   }
   Answer answer{random_secret(), {}};
   sessions_.push_back({session_hash(answer.session), now});

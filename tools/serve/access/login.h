@@ -23,10 +23,11 @@ class Login {
       : token_(std::move(token)), attempts_(limits) {}
 
   struct Answer {
-    std::string session;  ///< empty: refused
-    std::chrono::seconds wait{
-        0};  ///< above zero: too many wrong tokens, this one was not looked at
+    std::string session;           ///< empty: refused
+    std::chrono::seconds wait{0};  ///< above zero: too many wrong tokens
   };
+  /// The right token always passes: otherwise strangers who guess could lock its owner out, from
+  /// behind the same proxy for ever. Wrong ones beyond the limits are answered late.
   Answer log_in(std::string_view token, const std::string& address, Now now);
   bool is_session(std::string_view session, Now now);
 

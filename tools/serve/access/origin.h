@@ -7,7 +7,7 @@
 
 namespace panelcal::serve {
 
-/// Where a request arrived.
+/// The end at which a request arrived.
 struct Arrival {
   std::string local_address;
   int local_port = 0;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/serve/access/token_file.h"
 
+#include <array>
 #include <cerrno>
 #include <optional>
 #include <sstream>
 #include <system_error>
 
-#include "calib/base/files/atomic_file.h"
 #include "tools/serve/access/secret.h"
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -45,6 +45,29 @@ std::optional<Token> parse(const std::string& text) {
   return Token(salt, hash);
 }
 
+/// The text of the file; nothing: there is none. Opened once, so that what is checked is what is
+/// read.
+Expected<std::optional<std::string>> read_own(const std::filesystem::path& path) {
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+  if (file < 0 && errno == ENOENT) return std::optional<std::string>();
+  struct stat status {};
+  std::array<char, 4096> text{};
+  const bool is_seen = file >= 0 && ::fstat(file, &status) == 0;
+  const bool is_file = is_seen && S_ISREG(status.st_mode);
+  const ssize_t n = is_file ? ::read(file, text.data(), text.size()) : -1;
+  const int error = is_seen && !is_file ? EINVAL : errno;
+  if (file >= 0) ::close(file);
+  if (n < 0) return failure({Code::FileUnreadable, {path.string(), 0, 0}, system_words(error), ""});
+  if ((status.st_mode & (S_IRWXG | S_IRWXO)) != 0 || status.st_uid != ::geteuid()) {
+    return failure({Code::FileUnreadable,
+                    {path.string(), 0, 0},
+                    fmt::format("other users have access to the token's hash, mode {:o}",
+                                status.st_mode & 0777U),
+                    "a file of this user with mode 600 (chmod 600)"});
+  }
+  return std::string(text.data(), static_cast<std::size_t>(n));
+}
+
 }  // namespace
 
 bool Token::is(std::string_view token) const {
@@ -52,31 +75,19 @@ bool Token::is(std::string_view token) const {
 }
 
 Expected<OpenedToken> open_token_file(const std::filesystem::path& path) {
-  struct stat status {};
-  if (::stat(path.c_str(), &status) != 0) {
-    if (errno != ENOENT) {
-      return failure({Code::FileUnreadable, {path.string(), 0, 0}, system_words(errno), ""});
-    }
+  PANELCAL_TRY(const std::optional<std::string> text, read_own(path));
+  if (!text) {
     const std::string token = random_secret();
     const std::string salt = random_secret();
     const std::string hash = salted_hash(salt, token);
     PANELCAL_CHECK(write_new(path, fmt::format("{} {} {}\n", kForm, salt, hash)));
     return OpenedToken{Token(salt, hash), token};
   }
-  if ((status.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
-    return failure({Code::FileUnreadable,
-                    {path.string(), 0, 0},
-                    fmt::format("other users have access to the token's hash, mode {:o}",
-                                status.st_mode & 0777U),
-                    "mode 600 (chmod 600)"});
-  }
-  constexpr std::size_t kMaxSize_bytes = 4096;
-  PANELCAL_TRY(const std::string text, read_file(path, kMaxSize_bytes));
-  std::optional<Token> token = parse(text);
+  std::optional<Token> token = parse(*text);
   if (!token) {
     return failure({Code::FileUnreadable,
                     {path.string(), 0, 0},
-                    fmt::format("not the file of a token: \"{}\"", quoted(text, 20)),
+                    fmt::format("not the file of a token: {}", quoted(*text, 20)),
                     "a file that serve made, or a new name"});
   }
   return OpenedToken{*std::move(token), ""};

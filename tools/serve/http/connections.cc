@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/serve/http/connections.h"
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <exception>
 #include <string_view>
-#include <system_error>
 #include <utility>
 
 #include "tools/serve/access/attempts.h"
@@ -65,12 +64,58 @@ void Connections::join_finished() {
   for (std::thread& thread : finished) thread.join();
 }
 
+/// Ends the connection that has been idle longest and shows no person; false: there is none. Its
+/// thread ends a moment later, so that there may be a few more than allowed.
+bool Connections::make_room() {
+  Connection* oldest = nullptr;
+  for (auto& [number, connection] : connections_) {
+    const ConnectionNote& note = connection.note;
+    if (connection.is_over || connection.is_shut || note.is_trusted || note.is_busy) continue;
+    if (oldest == nullptr || note.idle_since < oldest->note.idle_since) oldest = &connection;
+  }
+  if (oldest == nullptr) return false;
+  ::shutdown(oldest->socket, SHUT_RDWR);
+  oldest->is_shut = true;
+  return true;
+}
+
 bool Connections::has_place_for(const std::string& address) {
   const std::lock_guard lock(mutex_);
-  const auto n_own = static_cast<std::size_t>(std::ranges::count_if(
-      connections_, [&](const auto& entry) { return entry.second.address == address; }));
-  return connections_.size() < counts_.n_in_total &&
-         (is_loopback(address) || n_own < counts_.n_per_address);
+  std::size_t n_open = 0;
+  std::size_t n_own = 0;
+  for (const auto& [number, connection] : connections_) {
+    if (connection.is_shut) continue;
+    ++n_open;
+    if (connection.address == address) ++n_own;
+  }
+  if (n_own >= counts_.n_per_address && !is_loopback(address)) return false;
+  if (connections_.size() >= 2 * counts_.n_in_total) return false;
+  return n_open < counts_.n_in_total || make_room();
+}
+
+bool Connections::begin(int socket, const std::string& address) {
+  const std::lock_guard lock(mutex_);
+  const std::size_t number = next_++;
+  try {
+    Connection& connection = connections_[number];
+    connection.socket = socket;
+    connection.address = address;
+    connection.thread = std::thread([this, socket, &connection] {
+      try {
+        serve_(socket, connection.note);
+      } catch (...) {
+        // Of this connection alone, such as no memory for its response.
+      }
+      // Closed under the lock: a number that is shut down belongs to this connection.
+      const std::lock_guard ending(mutex_);
+      ::close(socket);
+      connection.is_over = true;
+    });
+    return true;
+  } catch (const std::exception&) {
+    connections_.erase(number);
+    return false;
+  }
 }
 
 void Connections::accept_one(int listening_socket) {
@@ -87,28 +132,7 @@ void Connections::accept_one(int listening_socket) {
   set_options(socket);
   join_finished();
   const std::string address = network_of(address_text(peer, size));
-  bool is_taken = false;
-  if (has_place_for(address)) {
-    const std::lock_guard lock(mutex_);
-    const std::size_t number = next_++;
-    Connection& connection = connections_[number];
-    connection.socket = socket;
-    connection.address = address;
-    const auto serve = [this, number, socket] {
-      serve_(socket);
-      // Closed under the lock: a number that is shut down at the end belongs to this connection.
-      const std::lock_guard ending(mutex_);
-      ::close(socket);
-      connections_.at(number).is_over = true;
-    };
-    try {
-      connection.thread = std::thread(serve);
-      is_taken = true;
-    } catch (const std::system_error&) {
-      connections_.erase(number);
-    }
-  }
-  if (is_taken) return;
+  if (has_place_for(address) && begin(socket, address)) return;
   ::send(socket, kFull.data(), kFull.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
   ::close(socket);
 }

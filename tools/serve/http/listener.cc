@@ -31,7 +31,7 @@ tl::unexpected<Diagnostic> unusable(const std::string& address,
                                     const char* expected) {
   return failure({Code::Usage,
                   {"panelcal serve", 0, 0},
-                  fmt::format("--address \"{}\"{}", quoted(address), why),
+                  fmt::format("--address {}{}", quoted(address), why),
                   expected});
 }
 
@@ -75,7 +75,7 @@ std::string host_text(const SocketAddress& address) {
   return text.data();
 }
 
-std::string text_of(const std::string& host, int port) {
+std::string host_and_port(const std::string& host, int port) {
   const bool is_v6 = host.find(':') != host.npos;
   return is_v6 ? fmt::format("[{}]:{}", host, port) : fmt::format("{}:{}", host, port);
 }
@@ -118,7 +118,7 @@ Listener::~Listener() {
 }
 
 std::string Listener::text() const {
-  return text_of(host_, port_);
+  return host_and_port(host_, port_);
 }
 
 std::vector<std::string> Listener::reachable_at() const {
@@ -133,7 +133,7 @@ std::vector<std::string> Listener::reachable_at() const {
     SocketAddress address{};
     std::memcpy(&address, at->ifa_addr, family == AF_INET6 ? sizeof address.v6 : sizeof address.v4);
     const bool is_loopback = (at->ifa_flags & IFF_LOOPBACK) != 0;
-    (is_loopback ? own : addresses).push_back(text_of(host_text(address), port_));
+    (is_loopback ? own : addresses).push_back(host_and_port(host_text(address), port_));
   }
   ::freeifaddrs(all);
   addresses.insert(addresses.end(), own.begin(), own.end());

@@ -47,6 +47,11 @@ struct Response {
   std::vector<Header> headers;
   std::string body;
   std::shared_ptr<EventSource> events;  ///< in place of the body, if not null
+  std::chrono::milliseconds delay{0};   ///< before it is sent
+  /// The request came from a person who may look: the connection is not the first to be closed
+  /// where there are too many.
+  bool is_trusted = false;
+  std::shared_ptr<void> permit;  ///< kept until it is sent; may be null
 };
 
 /// The answers of a server, called from many threads at once.

@@ -5,6 +5,7 @@
 #include <array>
 #include <charconv>
 #include <cstring>
+#include <string_view>
 #include <tuple>
 
 #include <netdb.h>
@@ -40,37 +41,46 @@ std::pair<std::string, int> end_of(int socket, int (*ask)(int, sockaddr*, sockle
 }  // namespace
 
 Milliseconds BoundedStream::time_for(std::size_t n_bytes) const {
-  return limits_.transfer_time + Milliseconds(1000 * n_bytes / limits_.slowest_bytes_s);
+  constexpr Milliseconds kLongest{300'000};
+  return std::min(kLongest,
+                  limits_.transfer_time + Milliseconds(1000 * n_bytes / limits_.slowest_bytes_s));
 }
 
-bool BoundedStream::fill(Deadline deadline) {
-  constexpr std::size_t kPiece_bytes = 4096;
-  buffer_.resize(kPiece_bytes);
-  at_ = 0;
-  const std::size_t n = channel_.read_some(buffer_.data(), buffer_.size(), deadline);
-  buffer_.resize(n);
+bool BoundedStream::receive(Deadline deadline) {
+  std::array<char, 16384> piece{};
+  const std::size_t n = channel_.read_some(piece.data(), piece.size(), deadline);
+  buffer_.append(piece.data(), n);
   return n > 0;
 }
 
-bool BoundedStream::begin_request() {
-  n_left_ = limits_.head_bytes;
-  is_over_ = false;
-  if (at_ == buffer_.size() && !fill(after(limits_.idle_time))) return false;
-  deadline_ = after(limits_.head_time);
-  return true;
+std::optional<std::string> BoundedStream::read_head() {
+  constexpr std::string_view kEnd = "\r\n\r\n";
+  if (buffer_.empty() && !receive(after(limits_.idle_time))) return std::nullopt;
+  const Deadline deadline = after(limits_.head_time);
+  while (true) {
+    const std::size_t end = buffer_.find(kEnd);
+    if (std::min(end, buffer_.size()) > limits_.head_bytes) return std::string();
+    if (end != buffer_.npos) {
+      std::string head = buffer_.substr(0, end + kEnd.size());
+      buffer_.erase(0, head.size());
+      return head;
+    }
+    if (!receive(deadline)) return std::nullopt;
+  }
 }
 
 bool BoundedStream::read_body(std::string& body, std::size_t n_bytes) {
-  n_left_ = n_bytes;
-  deadline_ = after(time_for(n_bytes));
-  body.clear();
-  std::array<char, 16384> piece{};
-  while (body.size() < n_bytes) {
-    const ssize_t n = read(piece.data(), std::min(piece.size(), n_bytes - body.size()));
-    if (n <= 0) return false;
-    body.append(piece.data(), static_cast<std::size_t>(n));
+  const Deadline deadline = after(time_for(n_bytes));
+  while (buffer_.size() < n_bytes) {
+    if (!receive(deadline)) return false;
   }
+  body = buffer_.substr(0, n_bytes);
+  buffer_.erase(0, n_bytes);
   return true;
+}
+
+void BoundedStream::pause(Milliseconds time) const {
+  wait_for(socket_, POLLRDHUP, after(time));
 }
 
 void BoundedStream::drain() {
@@ -94,13 +104,9 @@ bool BoundedStream::is_open() const {
 }
 
 ssize_t BoundedStream::read(char* bytes, size_t size) {
-  if (n_left_ == 0) is_over_ = true;
-  if (is_over_ || (at_ == buffer_.size() && !fill(deadline_))) return -1;
-  const std::size_t n = std::min({size, buffer_.size() - at_, n_left_});
-  std::memcpy(bytes, buffer_.data() + at_, n);
-  at_ += n;
-  n_left_ -= n;
-  return static_cast<ssize_t>(n);
+  const std::size_t n = given_.copy(bytes, size);
+  given_.erase(0, n);
+  return n > 0 ? static_cast<ssize_t>(n) : -1;
 }
 
 ssize_t BoundedStream::write(const char* bytes, size_t size) {

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -12,24 +13,26 @@
 
 namespace panelcal::serve {
 
-/// cpp-httplib's view of a connection. It hands out no more bytes than the request may have, so
-/// that neither an endless line nor endless headers fill the memory, and waits for none beyond its
-/// time.
+/// A connection, and cpp-httplib's view of it. The library reads no byte of a stranger: it is given
+/// a head of ours, and what it writes goes out. Nothing waits beyond its time.
 class BoundedStream final : public httplib::Stream {
  public:
   BoundedStream(int socket, Channel& channel, const ConnectionLimits& limits)
       : socket_(socket), channel_(channel), limits_(limits) {}
 
-  /// Waits for the next request; false: none came.
-  bool begin_request();
+  /// Waits for the head of the next request, up to and with its empty line. Empty: it is larger
+  /// than allowed. Nothing: none came, or not in time.
+  std::optional<std::string> read_head();
   /// False: it did not come whole.
   bool read_body(std::string& body, std::size_t n_bytes);
+  /// Waits, but not for one who has gone.
+  void pause(std::chrono::milliseconds time) const;
+  /// The bytes that read() hands out from here on.
+  void give(std::string head) { given_ = std::move(head); }
   /// Takes what is still on its way, for a moment: if a socket is closed with bytes unread, the
   /// other side may lose the response.
   void drain();
 
-  /// True if the request had more bytes than it may have.
-  bool is_over_limit() const { return is_over_; }
   /// False once the other side has closed; that is noticed without sending.
   bool is_open() const;
 
@@ -43,16 +46,13 @@ class BoundedStream final : public httplib::Stream {
 
  private:
   std::chrono::milliseconds time_for(std::size_t n_bytes) const;
-  bool fill(Deadline deadline);
+  bool receive(Deadline deadline);
 
   int socket_;
   Channel& channel_;
   const ConnectionLimits& limits_;
-  std::string buffer_;
-  std::size_t at_ = 0;
-  std::size_t n_left_ = 0;
-  Deadline deadline_;
-  bool is_over_ = false;
+  std::string buffer_;  ///< received and not yet taken
+  std::string given_;   ///< to the library
   bool is_usable_ = true;
 };
 

@@ -1,104 +1,110 @@
 // SPDX-License-Identifier: Apache-2.0
-// cpp-httplib reads requests and writes responses here; sockets, times and sizes are ours.
+// cpp-httplib writes responses here, in pieces where they have no end. Requests, sockets, times and
+// sizes are ours (docs/decisions/http.md).
 #include "tools/serve/protocol/protocol.h"
 
 #include <charconv>
+#include <optional>
 #include <string>
 #include <utility>
 #include <variant>
 
+#include "tools/serve/http/head.h"
 #include "tools/serve/protocol/bounded_stream.h"
 #include <httplib.h>
 
 namespace panelcal::serve {
 namespace {
 
-/// One connection's requests, one after the other. The library routes nothing: each request goes to
-/// the service before its body is read.
+/// One connection's requests, one after the other.
 class Exchange final : private httplib::Server {
  public:
-  Exchange(BoundedStream& stream, HttpService& service, bool is_encrypted)
-      : stream_(stream), service_(service), is_encrypted_(is_encrypted) {
+  Exchange(BoundedStream& stream, HttpService& service, ConnectionNote& note, bool is_encrypted)
+      : stream_(stream), service_(service), note_(note), is_encrypted_(is_encrypted) {
     // The library takes a server without a socket for one that ends, and would end all streams.
     svr_sock_ = stream.socket();
     set_pre_routing_handler([this](const httplib::Request& /*head*/, httplib::Response& out) {
-      answer(out);
+      put(std::move(response_), out);
       return HandlerResponse::Handled;
-    });
-    set_post_routing_handler([this](const httplib::Request& /*head*/, httplib::Response& out) {
-      if (!is_answered_) replace(out);
     });
   }
 
   /// False: the connection is of no use any more.
   bool serve_one() {
-    is_answered_ = false;
+    const std::optional<std::string> text = stream_.read_head();
+    if (!text) return false;
+    note_.begin_request();
     closes_ = false;
+    response_ = respond(*text);
+    if (response_.is_trusted) note_.is_trusted = true;
+    if (response_.events != nullptr) closes_ = true;
+    if (response_.delay.count() > 0) stream_.pause(response_.delay);
+    const std::shared_ptr<void> permit = response_.permit;
+    // All that the library sees of the request.
+    stream_.give((is_head_ ? "HEAD" : "GET") + std::string(" / HTTP/1.1\r\n") +
+                 (closes_ ? "Connection: close\r\n\r\n" : "\r\n"));
     bool is_closing = false;
-    const bool is_served = process_request(
-        stream_, false, is_closing, [this](httplib::Request& head) { begin(head); });
+    const bool is_served = process_request(stream_, closes_, is_closing, nullptr);
+    response_ = {};
     if (closes_) stream_.drain();
-    return is_served && !is_closing && !closes_;
+    note_.end_request();
+    return is_served && !closes_;
   }
 
  private:
-  void begin(httplib::Request& head) {
-    head_ = &head;
-    // Pieces of a response and compressed ones: what the library makes of them costs more than it
-    // saves, Brotli at its slowest.
-    head.ranges.clear();
-    head.headers.erase("Range");
-    head.headers.erase("Accept-Encoding");
-    request_ = Request{};
-    request_.method = head.method;
-    request_.target = head.target;
-    for (const auto& [name, value] : head.headers) request_.headers.push_back({name, value});
-    request_.peer = head.remote_addr;
-    request_.local_address = head.local_addr;
-    request_.local_port = head.local_port;
-    request_.is_encrypted = is_encrypted_;
-  }
-
-  void answer(httplib::Response& out) {
-    auto admitted = service_.admit(request_);
+  Response respond(const std::string& text) {
+    is_head_ = false;
+    std::optional<Head> head = parse_head(text);
+    if (!head) {
+      closes_ = true;
+      constexpr int kHeadTooLarge = 431;
+      constexpr int kMalformed = 400;
+      return service_.refuse(text.empty() ? kHeadTooLarge : kMalformed);
+    }
+    Request request = std::move(head->request);
+    is_head_ = request.method == "HEAD";
+    closes_ = head->closes;
+    int peer_port = 0;
+    stream_.get_remote_ip_and_port(request.peer, peer_port);
+    stream_.get_local_ip_and_port(request.local_address, request.local_port);
+    request.is_encrypted = is_encrypted_;
+    auto admitted = service_.admit(request);
     if (auto* const refusal = std::get_if<Response>(&admitted)) {
       // A body that is not read would be taken for the next request.
-      if (request_.n_headers("content-length") + request_.n_headers("transfer-encoding") > 0) {
-        close_after_this();
+      if (request.n_headers("content-length") + request.n_headers("transfer-encoding") > 0) {
+        closes_ = true;
       }
-      return put(std::move(*refusal), out);
+      return std::move(*refusal);
     }
-    if (std::get<std::size_t>(admitted) > 0 && !read_body()) {
-      close_after_this();
-      return put(service_.refuse(408), out);
+    if (std::get<std::size_t>(admitted) > 0 && !read_body(request)) {
+      closes_ = true;
+      constexpr int kTooSlow = 408;
+      return service_.refuse(kTooSlow);
     }
-    put(service_.handle(request_), out);
+    return service_.handle(request);
   }
 
   /// The service has seen that the length is a number within its limit.
-  bool read_body() {
-    const std::string_view text = request_.header("content-length");
+  bool read_body(Request& request) {
+    const std::string_view length = request.header("content-length");
     std::size_t n_bytes = 0;
-    std::from_chars(text.data(), text.data() + text.size(), n_bytes);
-    return stream_.read_body(request_.body, n_bytes);
-  }
-
-  void close_after_this() {
-    closes_ = true;
-    if (head_ == nullptr) return;
-    head_->headers.erase("Connection");
-    head_->set_header("Connection", "close");
+    std::from_chars(length.data(), length.data() + length.size(), n_bytes);
+    constexpr std::string_view kGoOn = "HTTP/1.1 100 Continue\r\n\r\n";
+    if (request.header("expect") == "100-continue") stream_.write(kGoOn.data(), kGoOn.size());
+    return stream_.read_body(request.body, n_bytes);
   }
 
   void put(Response response, httplib::Response& out) {
-    is_answered_ = true;
     out.status = response.status;
-    for (const Header& header : response.headers) out.set_header(header.name, header.value);
+    for (const Header& header : response.headers) {
+      // The library states the type of a stream itself.
+      const bool is_stated = response.events != nullptr && header.name == "Content-Type";
+      if (!is_stated) out.set_header(header.name, header.value);
+    }
     if (response.events == nullptr) {
       out.body = std::move(response.body);
       return;
     }
-    close_after_this();
     const auto send = [this, events = std::move(response.events)](std::size_t /*offset*/,
                                                                   httplib::DataSink& sink) {
       constexpr std::chrono::milliseconds kLook{1000};
@@ -109,42 +115,31 @@ class Exchange final : private httplib::Server {
     out.set_chunked_content_provider("text/event-stream", send);
   }
 
-  /// In place of what the library says to what is no request.
-  void replace(httplib::Response& out) {
-    constexpr int kHeadTooLarge = 431;
-    Response own = service_.refuse(stream_.is_over_limit() ? kHeadTooLarge : out.status);
-    closes_ = true;
-    out.headers.clear();
-    out.set_header("Connection", "close");
-    out.set_header("Content-Length", std::to_string(own.body.size()));
-    put(std::move(own), out);
-  }
-
   BoundedStream& stream_;
   HttpService& service_;
+  ConnectionNote& note_;
   bool is_encrypted_;
-  Request request_;
-  httplib::Request* head_ = nullptr;  ///< while this request is answered
-  bool is_answered_ = false;
+  Response response_;
+  bool is_head_ = false;
   bool closes_ = false;
 };
 
 }  // namespace
 
+void load_protocol() {
+}
+
 void serve_connection(int socket,
+                      ConnectionNote& note,
                       TlsIdentity* identity,
                       HttpService& service,
                       const ConnectionLimits& limits) {
-  try {
-    const auto deadline = std::chrono::steady_clock::now() + limits.head_time;
-    const std::unique_ptr<Channel> channel = open_channel(socket, identity, deadline);
-    if (channel == nullptr) return;
-    BoundedStream stream(socket, *channel, limits);
-    Exchange exchange(stream, service, identity != nullptr);
-    while (stream.begin_request() && exchange.serve_one()) {
-    }
-  } catch (const std::exception&) {
-    // Of this connection alone: without memory, or a request that the library cannot take.
+  const auto deadline = std::chrono::steady_clock::now() + limits.head_time;
+  const std::unique_ptr<Channel> channel = open_channel(socket, identity, deadline);
+  if (channel == nullptr) return;
+  BoundedStream stream(socket, *channel, limits);
+  Exchange exchange(stream, service, note, identity != nullptr);
+  while (exchange.serve_one()) {
   }
 }
 

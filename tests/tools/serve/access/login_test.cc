@@ -51,6 +51,18 @@ TEST(Login, KnowsTheSessionsThatItOpened) {
   EXPECT_FALSE(login.is_session(answer.session, now + Login::kSessionLength));
 }
 
+TEST(Login, LetsTheRightTokenPassHoweverManyAreWrong) {
+  Login login(Token("salt", salted_hash("salt", "token")));
+  const Now now{};
+  for (int i = 0; i < 100; ++i) {
+    const std::string address = "192.0.2." + std::to_string(i % 10);
+    const Login::Answer answer = login.log_in("guess", address, now);
+    EXPECT_TRUE(answer.session.empty());
+    EXPECT_EQ(answer.wait.count() > 0, i >= 50) << i;
+  }
+  EXPECT_FALSE(login.log_in("token", "192.0.2.1", now).session.empty());
+}
+
 TEST(Secret, IsLongAndNeverTheSame) {
   const std::string one = random_secret();
   EXPECT_EQ(one.size(), 25U);
