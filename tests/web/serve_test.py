@@ -373,6 +373,30 @@ class Screen(unittest.TestCase):
             self.until("document.querySelector('main').innerText.includes(arguments[0])", said)
         self.page.driver.get_log("browser")
 
+    def test_of_a_thousand_targets_only_the_row_that_changes_is_made_anew(self):
+        def state(n_found):
+            targets = [found(seq) if seq < n_found else target(seq) for seq in range(1000)]
+            return with_job("measuring", targets=targets)
+
+        self.open(state(500))
+        self.until("document.querySelectorAll('.targets li').length === 1000")
+        self.script("for (const row of document.querySelectorAll('.targets li')) row.dataset.old = 1;"
+                    "document.querySelector('.targets').scrollTop = 5000")
+        self.station.say(state(501))
+        self.until("document.querySelectorAll('.targets .found').length === 501")
+        self.assertEqual(self.page.texts(".targets li:not([data-old]) b"), ["#500"])
+        # Who reads the list keeps the place.
+        self.assertEqual(self.script("return document.querySelector('.targets').scrollTop"), 5000)
+        # The next one that is looked for is scrolled to, and the page stays where it is.
+        looking = state(501)
+        looking["job"]["targets"][700]["status"] = "looking"
+        self.station.say(looking)
+        self.until("document.querySelector('.targets .looking')")
+        row, box = self.script("""return [".targets .looking", ".targets"].map((one) => {
+          const {top, bottom} = document.querySelector(one).getBoundingClientRect(); return [top, bottom]; })""")
+        self.assertTrue(box[0] <= row[0] and row[1] <= box[1], (row, box))
+        self.assertEqual(self.script("return scrollY"), 0)
+
     def test_the_verdict_and_the_program_that_is_written(self):
         self.open(done())
         self.until("document.getElementById('output-name')")

@@ -31,7 +31,7 @@ export function calibrationPart() {
       element("ul", { lang: "en", class: "lines", "aria-live": "polite" },
         (calibration.lines ?? []).map((/** @type {string} */ line) => element("li", {}, line))),
       calibration.verdict && element("p", { lang: "en", class: "next" }, calibration.verdict),
-      calibration.has_page && element("p", {}, element("a", { href: `api/jobs/night/report.html?language=${language()}`, target: "_blank", rel: "noopener" },
+      calibration.has_page && element("p", {}, element("a", { href: `api/calibration/report.html?language=${language()}`, target: "_blank", rel: "noopener" },
         word("serve_morning"))),
     ]];
 }

@@ -4,7 +4,7 @@ import { chip, element, english } from "../base/dom.js";
 import { fixed, micrometres, place, secondsOf, timeText, whole } from "../base/format.js";
 import { language, word, wordOf } from "../base/words.js";
 import { panelArrows } from "../figures/panel_arrows.js";
-import { act, actionButton, command, connection, desk, field, fieldValue, form, isMine, job } from "./desk.js";
+import { act, actionButton, command, connection, desk, field, fieldValue, form, isMine, job, part } from "./desk.js";
 
 const stateChips = { checked: "plain", measuring: "suspect", asking: "refused", done: "good", held: "refused", failed: "refused",
   stopped: "suspect", resumable: "suspect" };
@@ -62,10 +62,15 @@ function jobButtons() {
     actionButton(order, word(`serve_order_${order}`), () => command({ do: order }))));
 }
 
+/** Targets that are found or left out. */
+export function n_decided() {
+  return job()?.targets.filter((one) => ["found", "skipped"].includes(one.status)).length ?? 0;
+}
+
 export function jobPart() {
   if (!job()) return null;
   const { program, state, targets = [], again } = job();
-  const done = targets.filter((one) => ["found", "skipped"].includes(one.status)).length;
+  const done = n_decided();
   return [element("h2", {}, program, " ", chip(stateChips[/** @type {keyof typeof stateChips} */ (state)] ?? "plain", wordOf("serve_job", state))),
     targets.length > 0 && state !== "checked" && element("progress", { max: targets.length, value: done, "aria-label": word("targets") }),
     element("p", {}, word("serve_progress", { done: whole(done), all: whole(targets.length) }),
@@ -91,16 +96,47 @@ function targetRow(target) {
     reason && element("span", { class: "reason", lang: "en" }, reason));
 }
 
-export function targetsPart() {
+function seriesPart() {
   const { targets = [], series = [] } = job() ?? {};
   if (targets.length === 0) return null;
-  return [element("h2", {}, word("targets")),
-    series.some((one) => one.is_fitted) && element("ul", { class: "messages" },
-      series.filter((one) => one.is_fitted).map((one) => element("li", {},
-        chip(one.is_accepted ? "good" : "refused", word(one.is_accepted ? "pass" : "fail")), ` ${word("line")} ${one.line}`,
-        one.path?.length > 0 && ` [${one.path.join(",")}]`, ", ", word("n_targets", { n: one.n_targets }), ": ",
-        english(one.words)))),
-    element("ol", { class: "targets" }, targets.map(targetRow))];
+  const fitted = series.filter((one) => one.is_fitted);
+  return [element("h2", {}, word("targets")), fitted.length > 0 && element("ul", { class: "messages" }, fitted.map((one) => element("li", {},
+    chip(one.is_accepted ? "good" : "refused", word(one.is_accepted ? "pass" : "fail")), ` ${word("line")} ${one.line}`,
+    one.path?.length > 0 && ` [${one.path.join(",")}]`, ", ", word("n_targets", { n: one.n_targets }), ": ", english(one.words))))];
+}
+
+/** The list of targets. A job may have thousands: a row is made anew only when its target has changed. */
+export function targetsPart() {
+  const head = part(element("div"), () => [job()?.id, job()?.targets?.length, job()?.series], seriesPart);
+  const rows = element("ol", { class: "targets" });
+  /** @type {string[]} */
+  let shown = [];
+  const show = () => {
+    head.show();
+    const { id, targets = [] } = job() ?? {};
+    const now = targets.map((one) => JSON.stringify([language(), id, one]));
+    now.forEach((key, i) => {
+      if (key === shown[i]) return;
+      const row = targetRow(targets[i]);
+      if (i < shown.length) rows.children[i].replaceWith(row);
+      else rows.append(row);
+      // What is looked for now is seen without scrolling the page.
+      if (targets[i].status === "looking") rows.scrollTop = row.offsetTop - rows.offsetTop - rows.clientHeight / 2;
+    });
+    while (rows.childElementCount > now.length) rows.lastChild?.remove();
+    shown = now;
+    node.hidden = now.length === 0;
+  };
+  const node = element("section", { id: "targets" }, head.node, rows);
+  return { node, show };
+}
+
+/** Of a large job the map follows in this many steps. */
+const mapSteps = 100;
+
+/** How far the map has to follow. */
+export function mapStep() {
+  return Math.floor(n_decided() / Math.max(1, (job()?.targets.length ?? 0) / mapSteps));
 }
 
 /** The panel with its targets: residuals as arrows, crosses where one is missing or still to come. */

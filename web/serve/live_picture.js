@@ -21,7 +21,7 @@ const fineStep_px = 0.25;
 const halfAxes = (ellipse) => ellipse.axes_px.map((/** @type {number} */ sigma_px) => ellipse95 * sigma_px);
 
 export class LivePicture {
-  /** @param {{search: (at_px: Pixel) => void, jog: (way: [number, number]) => void, changed: () => void, place: () => void}} asked */
+  /** @param {{answer: (choice: "search" | "hand", at_px: Pixel) => void, jog: (way: [number, number]) => void, changed: () => void}} asked */
   constructor(asked) {
     this.asked = asked;
     /** What a click means: nothing, a new place to search, or the place of the target.
@@ -74,10 +74,11 @@ export class LivePicture {
       } catch {
         break;
       }
+      const isFirst = this.image === null;
       this.image = image;
       this.shown = wanted;
       this.redraw();
-      this.asked.changed();
+      if (isFirst) this.asked.changed();
     }
     this.isLoading = false;
   }
@@ -100,7 +101,7 @@ export class LivePicture {
     const x = (event.clientX - box.left) * this.canvas.clientWidth / box.width, y = event.clientY - box.top;
     const at = /** @type {Pixel} */ ([(x - this.left) / this.scale - 0.5, y / this.scale - 0.5]);
     if (at[0] < -0.5 || at[1] < -0.5 || at[0] > this.across - 0.5 || at[1] > this.up - 0.5) return;
-    if (this.mode === "search") this.asked.search(at);
+    if (this.mode === "search") this.asked.answer("search", at);
     else this.moveCross(at);
   }
 
@@ -121,7 +122,7 @@ export class LivePicture {
     } else if (way) {
       this.asked.jog(way);
     } else if (event.key === "Enter" && cross && this.isLive()) {
-      this.asked.place();
+      this.asked.answer("hand", cross);
     } else {
       return;
     }

@@ -26,26 +26,13 @@ function answer(choice, more = {}) {
 
 /**
  * Answers with a place of the picture that is shown.
+ * @param {LivePicture} picture
  * @param {"search" | "hand"} choice
- * @param {LivePicture} picture
- * @param {[number, number] | null} at_px
- */
-function answerAt(choice, picture, at_px) {
-  if (!at_px || !question()?.choices.includes(choice)) return;
-  answer(choice, { at_px: at_px.map((one) => Math.round(1e3 * one) / 1e3), frame: picture.shown });
-}
-
-/**
- * @param {LivePicture} picture
  * @param {[number, number]} at_px
  */
-export function searchAt(picture, at_px) {
-  answerAt("search", picture, at_px);
-}
-
-/** @param {LivePicture} picture */
-export function placeByHand(picture) {
-  answerAt("hand", picture, picture.cross_px);
+export function answerAt(picture, choice, at_px) {
+  if (!question()?.choices.includes(choice)) return;
+  answer(choice, { at_px: at_px.map((one) => Math.round(1e3 * one) / 1e3), frame: picture.shown });
 }
 
 /** Moves the stage by one step.
@@ -89,7 +76,7 @@ function jogPad(picture) {
 
 /** @param {LivePicture} picture */
 function choices(picture) {
-  const { choices: offered, candidates = [] } = question();
+  const { choices: offered, candidates = [] } = question(), cross = picture.cross_px;
   const has = (/** @type {string} */ choice) => offered.includes(choice);
   const aim = (/** @type {"search" | "hand"} */ mode, /** @type {import("../base/words.js").WordKey} */ text) => has(mode) &&
     element("button", { type: "button", id: `aim-${mode}`, "aria-pressed": String(picture.mode === mode), onclick: () => picture.choose(mode) }, word(text));
@@ -101,9 +88,8 @@ function choices(picture) {
       actionButton(`candidate-${i}`, word("serve_accept", { n: i + 1, score: fixed(one.score, 2) }), () => answer("candidate", { index: i })))),
     element("div", { class: "controls" }, aim("search", "serve_choice_search"), aim("hand", "serve_choice_hand")),
     picture.mode && element("p", {}, word(picture.mode === "search" ? "serve_click_search" : "serve_click_hand")),
-    picture.cross_px && element("div", { class: "controls" }, actionButton("place", word("serve_place_here", {
-      x: fixed(picture.cross_px[0], 2), y: fixed(picture.cross_px[1], 2) }), () => placeByHand(picture),
-    picture.isLive() ? {} : { disabled: true })),
+    cross && element("div", { class: "controls" }, actionButton("place", word("serve_place_here", { x: fixed(cross[0], 2),
+      y: fixed(cross[1], 2) }), () => answerAt(picture, "hand", cross))),
     jogPad(picture),
     element("div", { class: "controls" }, plain("skip"), plain("leave_board_out"), plain("stop")),
   ];

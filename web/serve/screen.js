@@ -4,11 +4,11 @@ import { element, english } from "../base/dom.js";
 import { language, speak, word } from "../base/words.js";
 import { calibrationPart, historyPart } from "./calibration.js";
 import { act, actionButton, connection, desk, field, fieldValue, form, isMine, job, openDesk, part } from "./desk.js";
-import { jobPart, panelPart, programsPart, targetsPart, verdictPart } from "./job.js";
+import { jobPart, mapStep, n_decided, panelPart, programsPart, targetsPart, verdictPart } from "./job.js";
 import { LivePicture, pictureFacts } from "./live_picture.js";
-import { jog, placeByHand, questionPart, searchAt } from "./question.js";
+import { answerAt, jog, questionPart } from "./question.js";
 
-const picture = new LivePicture({ search: (at_px) => searchAt(picture, at_px), jog, changed: () => showAll(), place: () => placeByHand(picture) });
+const picture = new LivePicture({ answer: (choice, at_px) => answerAt(picture, choice, at_px), jog, changed: () => showAll() });
 
 /** The loss of the connection, a token that is asked for, what was refused. */
 function noticePart() {
@@ -73,10 +73,10 @@ const parts = {
   head, notice, view,
   question: panel("question", () => [job()?.question, job()?.targets?.length, ...aimed(), ...light()], () => questionPart(picture)),
   verdict: panel("verdict", () => [job()?.id, job()?.verdict, job()?.outputs, job()?.has_report], verdictPart, "verdict"),
-  job: panel("job", () => [{ ...job(), question: null, view: null }], jobPart),
+  job: panel("job", () => [{ ...job(), targets: job()?.targets.length, series: null, question: null }, n_decided()], jobPart),
   programs: panel("programs", () => [desk.state?.programs, job()?.id], programsPart),
-  targets: panel("targets", () => [job()?.id, job()?.targets, job()?.series], targetsPart),
-  panel: panel("panel", () => [job()?.targets], panelPart),
+  targets: targetsPart(),
+  panel: panel("panel", () => [job()?.id, job()?.state, job()?.targets?.length, mapStep()], panelPart),
   calibration: panel("calibration", () => [desk.state?.calibration, desk.state?.history, job()?.state], calibrationPart),
   history: panel("history", () => [desk.state?.history, job()?.state, desk.state?.calibration?.state], historyPart),
 };
