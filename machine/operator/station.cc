@@ -15,6 +15,7 @@
 #include "machine/devices/cameras/without_password.h"
 #include "machine/operator/command.h"
 #include "machine/operator/desk.h"
+#include "machine/operator/folder_lock.h"
 #include "machine/operator/job_folder.h"
 #include "machine/operator/night_order.h"
 #include "machine/operator/opened_program.h"
@@ -73,8 +74,9 @@ Expected<void> make_folder(const std::filesystem::path& folder) {
 
 class Station::Impl {
  public:
-  Impl(StationSettings settings, Screen screen)
+  Impl(StationSettings settings, internal::FolderLock lock, Screen screen)
       : settings_(std::move(settings)),
+        lock_(std::move(lock)),
         desk_(std::move(screen)),
         thread_([this] { run_machine(); }) {}
   Impl(const Impl&) = delete;
@@ -290,6 +292,7 @@ class Station::Impl {
   }
 
   StationSettings settings_;
+  internal::FolderLock lock_;
   Desk desk_;
   // The machine thread's alone:
   std::unique_ptr<CameraDevice> camera_;  ///< open while nothing runs and a screen looks
@@ -307,6 +310,7 @@ Expected<std::unique_ptr<Station>> Station::create(StationSettings settings) {
   if (settings.software.empty()) settings.software = "panelcal serve";
   PANELCAL_TRY(const MachineConfig machine, read_machine_config(settings.machine_file));
   PANELCAL_CHECK(make_folder(settings.jobs_folder / "programs"));
+  PANELCAL_TRY(internal::FolderLock lock, internal::FolderLock::take(settings.jobs_folder));
   Screen screen;
   screen.machine = machine.name;
   screen.source = words_of_source(settings);
@@ -314,7 +318,7 @@ Expected<std::unique_ptr<Station>> Station::create(StationSettings settings) {
   screen.job = internal::last_job(settings);
   screen.kinds = internal::kinds_of(settings);
   screen.history = internal::history_of(settings);
-  auto impl = std::make_unique<Impl>(std::move(settings), std::move(screen));
+  auto impl = std::make_unique<Impl>(std::move(settings), std::move(lock), std::move(screen));
   return std::unique_ptr<Station>(new Station(std::move(impl)));
 }
 

@@ -65,6 +65,14 @@ TEST_F(StationTest, RefusesAProgramThatIsTooLarge) {
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "jobs/programs/large.exc"));
 }
 
+TEST_F(StationTest, IsTheOnlyOneOfItsFolder) {
+  const auto second = Station::create(settings());
+  ASSERT_FALSE(second);
+  EXPECT_EQ(second.error().code, Code::Usage);
+  station_.reset();
+  EXPECT_TRUE(Station::create(settings()));
+}
+
 TEST_F(StationTest, StoresNothingThatIsNoText) {
   EXPECT_FALSE(station_->add_program("empty.exc", ""));
   EXPECT_FALSE(station_->add_program("binary.exc", std::string_view("M48\0%", 5)));
