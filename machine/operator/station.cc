@@ -15,6 +15,7 @@
 #include "machine/devices/cameras/without_password.h"
 #include "machine/operator/command.h"
 #include "machine/operator/desk.h"
+#include "machine/operator/folder_lock.h"
 #include "machine/operator/job_folder.h"
 #include "machine/operator/night_order.h"
 #include "machine/operator/opened_program.h"
@@ -22,6 +23,7 @@
 #include "machine/operator/orders.h"
 #include "machine/operator/picture_feed.h"
 #include "machine/operator/programs.h"
+#include "machine/operator/regular_file.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -72,8 +74,9 @@ Expected<void> make_folder(const std::filesystem::path& folder) {
 
 class Station::Impl {
  public:
-  Impl(StationSettings settings, Screen screen)
+  Impl(StationSettings settings, internal::FolderLock lock, Screen screen)
       : settings_(std::move(settings)),
+        lock_(std::move(lock)),
         desk_(std::move(screen)),
         thread_([this] { run_machine(); }) {}
   Impl(const Impl&) = delete;
@@ -138,7 +141,7 @@ class Station::Impl {
     if (!is_night && !(internal::is_job_id(id) && internal::is_job_file(name))) {
       return failure(refused("file " + quoted(name) + " of job " + quoted(id), "a file of a job"));
     }
-    return read_file(settings_.jobs_folder / id / name, kMaxJobFileBytes);
+    return internal::read_regular(settings_.jobs_folder / id, name, kMaxJobFileBytes);
   }
 
   Expected<void> add_program(const std::string& name, std::string_view bytes) {
@@ -227,6 +230,8 @@ class Station::Impl {
   Expected<void> open(const std::string& name) {
     PANELCAL_CHECK(internal::check_name(name));
     PANELCAL_CHECK(desk_.read(internal::check_open));
+    // No link leads to another file, and no pipe keeps a screen waiting.
+    PANELCAL_CHECK(internal::read_regular(programs(), name, kMaxProgramBytes));
     PANELCAL_TRY(
         const internal::OpenedProgram opened,
         internal::open_program(settings_.machine_file, programs() / name, settings_.clock()));
@@ -287,6 +292,7 @@ class Station::Impl {
   }
 
   StationSettings settings_;
+  internal::FolderLock lock_;
   Desk desk_;
   // The machine thread's alone:
   std::unique_ptr<CameraDevice> camera_;  ///< open while nothing runs and a screen looks
@@ -304,13 +310,15 @@ Expected<std::unique_ptr<Station>> Station::create(StationSettings settings) {
   if (settings.software.empty()) settings.software = "panelcal serve";
   PANELCAL_TRY(const MachineConfig machine, read_machine_config(settings.machine_file));
   PANELCAL_CHECK(make_folder(settings.jobs_folder / "programs"));
+  PANELCAL_TRY(internal::FolderLock lock, internal::FolderLock::take(settings.jobs_folder));
   Screen screen;
   screen.machine = machine.name;
   screen.source = words_of_source(settings);
   screen.programs = internal::list_programs(settings.jobs_folder / "programs");
   screen.job = internal::last_job(settings);
+  screen.kinds = internal::kinds_of(settings);
   screen.history = internal::history_of(settings);
-  auto impl = std::make_unique<Impl>(std::move(settings), std::move(screen));
+  auto impl = std::make_unique<Impl>(std::move(settings), std::move(lock), std::move(screen));
   return std::unique_ptr<Station>(new Station(std::move(impl)));
 }
 

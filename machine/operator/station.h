@@ -24,7 +24,8 @@ namespace panelcal {
 /// See    tests/machine/operator/station_test.cc; share/schema/screen.schema.json
 class Station {
  public:
-  /// Fails  usage (not exactly one source); what read_machine_config reports; device-write
+  /// Fails  usage (not exactly one source; another station has the folder); what
+  /// read_machine_config reports; device-write
   static Expected<std::unique_ptr<Station>> create(StationSettings settings);
   Station(const Station&) = delete;
   Station& operator=(const Station&) = delete;
