@@ -14,7 +14,6 @@ set(PANELCAL_WEB_MODULES
     figures/panel_arrows.js
     figures/leverage_map.js
     figures/surface_map.js
-    figures/place_index.js
     figures/map_colours.js
     figures/job_map.js
     figures/shift_plans.js

@@ -9,14 +9,12 @@
 #include <utility>
 
 #include "calib/base/json/strict_json.h"
-#include "machine/operator/station.h"
+#include "machine/operator/settings.h"
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 namespace panelcal::internal {
 namespace {
-
-using nlohmann::json;
 
 constexpr const char* kCommand = "command";
 constexpr std::array<std::string_view, 7> kChoiceNames = {
@@ -25,13 +23,14 @@ constexpr std::array<std::string_view, 10> kOrderNames = {
     "open", "close", "start", "resume", "stop", "answer", "jog", "write", "calibrate", "roll_back"};
 /// Longer names and reasons say nothing more.
 constexpr std::size_t kMaxText = 1000;
+constexpr std::size_t kMaxWho = 100;
 /// No picture is wider, no jog longer, no lamp brighter.
 constexpr double kMaxNumber = 1e6;
 
 /// The members of a command, each of which may be asked for in one form.
 class Members {
  public:
-  explicit Members(const json& object) : object_(object) {}
+  explicit Members(const nlohmann::json& object) : object_(object) {}
 
   Expected<void> check_keys(std::initializer_list<std::string_view> known) const {
     for (const auto& [key, value] : object_.items()) {
@@ -49,9 +48,10 @@ class Members {
     const bool is_text = has(key) && object_[key].is_string();
     if (is_text) {
       std::string out = object_[key].get<std::string>();
-      if (!out.empty() && out.size() <= kMaxText) return out;
+      const bool is_line = escaped_controls(out) == out;
+      if (!out.empty() && out.size() <= kMaxText && is_line) return out;
     }
-    return failure(wrong(key, fmt::format("a text of 1 to {} bytes", kMaxText)));
+    return failure(wrong(key, fmt::format("a text in one line of 1 to {} bytes", kMaxText)));
   }
   Expected<double> number(const char* key) const {
     if (has(key)) {
@@ -83,13 +83,13 @@ class Members {
   }
 
  private:
-  static std::optional<double> number_of(const json& value) {
+  static std::optional<double> number_of(const nlohmann::json& value) {
     if (!value.is_number()) return std::nullopt;
     const double number = value.get<double>();
     return std::abs(number) <= kMaxNumber ? std::optional(number) : std::nullopt;
   }
 
-  const json& object_;
+  const nlohmann::json& object_;
 };
 
 template <class Enum, std::size_t N>
@@ -110,8 +110,12 @@ Expected<Answer> read_answer(const Members& members) {
   }
   answer.choice = *choice;
   if (*choice == Choice::Search || *choice == Choice::Hand) {
-    PANELCAL_CHECK(members.check_keys({"do", "question", "choice", "at_px"}));
+    PANELCAL_CHECK(members.check_keys({"do", "question", "choice", "at_px", "frame"}));
     PANELCAL_TRY(answer.at_px, members.point("at_px"));
+    if (members.has("frame")) {
+      PANELCAL_TRY(const std::int64_t frame, members.count("frame"));
+      answer.frame = static_cast<std::uint64_t>(frame);
+    }
     return answer;
   }
   if (*choice == Choice::Candidate) {
@@ -143,6 +147,15 @@ Expected<std::int64_t> read_entry(const Members& members) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), entry);
   if (error == std::errc() && end == text.data() + text.size() && entry >= 0) return entry;
   return failure(members.wrong("to", "the number of an entry of the ledger"));
+}
+
+/// The name stands in measurements, in the ledger, and in comments of programs: one line, in any
+/// language.
+Expected<void> check_who(const std::string& who) {
+  const bool is_line = !who.empty() && who.size() <= kMaxWho && escaped_controls(who) == who;
+  if (is_line) return {};
+  return failure(refused("name " + quoted(who),
+                         fmt::format("a person's name in one line of 1 to {} bytes", kMaxWho)));
 }
 
 /// Reads the members that an order has, each as a key of its own.
@@ -201,7 +214,8 @@ Expected<Command> parse_command(std::string_view text, const std::string& who) {
     return failure(refused(fmt::format("a command of {} bytes", text.size()),
                            fmt::format("at most {}", kMaxCommandBytes)));
   }
-  PANELCAL_TRY(const json object, parse_strict_json(text, kCommand));
+  PANELCAL_CHECK(check_who(who));
+  PANELCAL_TRY(const nlohmann::json object, parse_strict_json(text, kCommand));
   if (!object.is_object()) return failure(refused("no object", "{\"do\": ...}"));
   const Members members(object);
   PANELCAL_TRY(const std::string word, members.text("do"));

@@ -12,7 +12,7 @@
 
 namespace panelcal::internal {
 
-/// What a person decides about a target that was not found.
+/// The decision of a person about a target that was not found.
 enum class Choice : std::uint8_t { Again, Search, Candidate, Hand, Skip, LeaveBoardOut, Stop };
 std::string_view name(Choice choice);
 std::optional<Choice> choice_from_name(std::string_view name);
@@ -23,6 +23,7 @@ struct Answer {
   Choice choice = Choice::Again;
   std::optional<Eigen::Vector2d> at_px;  ///< Search, Hand: of the picture shown
   std::optional<std::size_t> index;      ///< Candidate
+  std::optional<std::uint64_t> frame;    ///< Search, Hand: the number of that picture
   std::optional<double> lamp;            ///< Again
   std::string who;
 };
@@ -58,7 +59,7 @@ struct Command {
 /// See    tests/machine/operator/command_test.cc
 Expected<Command> parse_command(std::string_view json, const std::string& who);
 
-/// What a screen is told of a command that is refused.
+/// The answer to a command that is refused.
 Diagnostic refused(std::string what, std::string expected);
 
 }  // namespace panelcal::internal

@@ -3,7 +3,7 @@
 
 namespace panelcal::internal {
 
-Station::State Desk::state() const {
+ShownState Desk::state() const {
   const std::scoped_lock lock(mutex_);
   if (text_.number != number_) {
     text_ = {number_, to_json(screen_)};
@@ -85,13 +85,6 @@ bool Desk::must_stop() const {
 bool Desk::is_stopped_by_person() const {
   const std::scoped_lock lock(mutex_);
   return wants_stop_;
-}
-
-void Desk::forget_words() {
-  const std::scoped_lock lock(mutex_);
-  answer_.reset();
-  jog_mm_.reset();
-  wants_stop_ = false;
 }
 
 }  // namespace panelcal::internal

@@ -12,13 +12,13 @@
 
 #include "machine/operator/command.h"
 #include "machine/operator/screen.h"
-#include "machine/operator/station.h"
+#include "machine/operator/shown_state.h"
 #include <Eigen/Core>
 
 namespace panelcal::internal {
 
-/// What the people at the screens and the machine thread share: the screen's document, the last
-/// picture, and what the people have told the machine.
+/// Everything that the people at the screens and the machine thread share: the screen's document,
+/// the last picture, and orders of the people.
 ///
 /// All methods may be called from any thread; wait_for_work() and wait_for_word() are the machine
 /// thread's.
@@ -26,7 +26,7 @@ class Desk {
  public:
   explicit Desk(Screen screen) : screen_(std::move(screen)) {}
 
-  Station::State state() const;
+  ShownState state() const;
   void wait(std::uint64_t state_number,
             std::uint64_t frame_number,
             std::chrono::milliseconds at_most) const;
@@ -59,7 +59,13 @@ class Desk {
 
   // What people tell the machine thread. Of these, the first three only from within a
   // try_change(), so that what is told suits the screen.
-  void give_work(Command command) { work_ = std::move(command); }
+  void give_work(Command command) {
+    // Words to another job are forgotten.
+    answer_.reset();
+    jog_mm_.reset();
+    wants_stop_ = false;
+    work_ = std::move(command);
+  }
   void answer(Answer answer) { answer_ = std::move(answer); }
   void jog(const Eigen::Vector2d& by_mm) {
     jog_mm_ = jog_mm_.value_or(Eigen::Vector2d(0, 0)) + by_mm;
@@ -72,7 +78,7 @@ class Desk {
   std::optional<Command> wait_for_work(std::chrono::milliseconds at_most);
   bool is_closing() const;
 
-  /// What is told while a question is open.
+  /// A word of a person while a question is open.
   struct Word {
     std::optional<Answer> answer;
     std::optional<Eigen::Vector2d> jog_mm;
@@ -82,8 +88,6 @@ class Desk {
   /// A person has stopped the job, or the station closes.
   bool must_stop() const;
   bool is_stopped_by_person() const;
-  /// A job begins: words to another one are forgotten.
-  void forget_words();
 
  private:
   void note_change() {
@@ -97,7 +101,7 @@ class Desk {
   std::condition_variable told_;             ///< something for the machine thread
   Screen screen_;
   std::uint64_t number_ = 1;
-  mutable Station::State text_;  ///< of the document when its number was that
+  mutable ShownState text_;  ///< of the document when its number was that
   std::shared_ptr<const Frame> frame_;
   bool is_watched_ = false;
 

@@ -28,7 +28,7 @@ ScreenTarget waiting_target(const MeasurementRequest& request) {
 
 std::string series_words(const SeriesResult& series) {
   if (!series.is_fitted()) return "no fit";
-  return fmt::format("{}, {}", model_text(series), series.is_accepted() ? "accepted" : "refused");
+  return fmt::format("{}, {}", series.model_text(), series.is_accepted() ? "accepted" : "refused");
 }
 
 }  // namespace
@@ -50,11 +50,17 @@ Expected<OpenedProgram> open_program(const std::filesystem::path& machine_file,
   return out;
 }
 
+OutputFormat output_format(const Program& program) {
+  return program.dialect == Dialect::Excellon ? OutputFormat::Excellon : OutputFormat::SiebMeyer;
+}
+
 ScreenJob checked_job(const OpenedProgram& opened, std::string id, std::string program) {
   ScreenJob job;
   job.id = std::move(id);
   job.program = std::move(program);
   job.findings = opened.findings;
+  job.program_sha256 = opened.program_sha256;
+  job.output_format = name(output_format(opened.job.program));
   for (const Measurement& nominal : opened.nominal.measurements) {
     job.targets.push_back(waiting_target(nominal.request));
   }

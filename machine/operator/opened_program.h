@@ -30,6 +30,9 @@ Expected<OpenedProgram> open_program(const std::filesystem::path& machine_file,
                                      const std::filesystem::path& program,
                                      std::chrono::sys_seconds now);
 
+/// The language that a corrected program is written in: its own.
+OutputFormat output_format(const Program& program);
+
 /// The job as a screen shows it before anything is measured.
 ScreenJob checked_job(const OpenedProgram& opened, std::string id, std::string program);
 

@@ -6,7 +6,7 @@
 
 #include "calib/base/files/atomic_file.h"
 #include "machine/operator/command.h"
-#include "machine/operator/station.h"
+#include "machine/operator/settings.h"
 #include <fmt/format.h>
 
 namespace panelcal::internal {

@@ -42,7 +42,7 @@ Json finding_json(const Diagnostic& finding) {
   return out;
 }
 
-Json target_json(const ScreenTarget& target) {
+Json screen_target_json(const ScreenTarget& target) {
   Json out;
   out["seq"] = target.seq;
   out["line"] = target.line;
@@ -111,7 +111,7 @@ Json job_json(const ScreenJob& job) {
   Json& findings = out["findings"] = Json::array();
   for (const Diagnostic& finding : job.findings) findings.push_back(finding_json(finding));
   Json& targets = out["targets"] = Json::array();
-  for (const ScreenTarget& target : job.targets) targets.push_back(target_json(target));
+  for (const ScreenTarget& target : job.targets) targets.push_back(screen_target_json(target));
   Json& series = out["series"] = Json::array();
   for (const ScreenSeries& one : job.series) series.push_back(series_json(one));
   put_results(job, out);

@@ -59,7 +59,7 @@ struct ScreenCandidate {
   double score = 0;
 };
 
-/// What a person is asked about one target.
+/// A question to a person about one target.
 struct ScreenQuestion {
   int id = 0;
   std::int64_t seq = 0;
@@ -67,6 +67,12 @@ struct ScreenQuestion {
   std::vector<ScreenCandidate> candidates;
   std::vector<std::string> choices;
   std::map<std::string, std::string> why_not;  ///< of the other choices
+  // Not in the document: terms of a jog.
+  double jog_limit_mm = 0;  ///< of all jogs together
+  Eigen::Vector2d jogged_mm = Eigen::Vector2d::Zero();
+  std::string why_no_jog;         ///< empty: it may
+  std::uint64_t first_frame = 0;  ///< that shows the place since the last jog
+  bool is_jogging = false;        ///< a jog was ordered, and its picture is still to come
 };
 
 struct ScreenVerdict {
@@ -111,6 +117,9 @@ struct ScreenJob {
   bool has_facts = false;
   std::vector<std::string> outputs;
   std::optional<std::int64_t> n_holes;
+  // Not in the document:
+  std::string program_sha256;  ///< of what was checked
+  std::string output_format;   ///< "excellon", "sieb-meyer"
 };
 
 struct ScreenEllipse {
@@ -119,7 +128,7 @@ struct ScreenEllipse {
   double angle_rad = 0;  ///< of the first axis, from x towards y, which points down
 };
 
-/// What the camera's last picture shows; px of that picture.
+/// The contents of the camera's last picture; px of that picture.
 struct ScreenView {
   int width_px = 0;
   int height_px = 0;

@@ -2,47 +2,16 @@
 #pragma once
 
 #include <chrono>
-#include <cstddef>
 #include <cstdint>
-#include <filesystem>
-#include <functional>
-#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
 
-#include "calib/base/clock.h"
 #include "calib/base/expected.h"
+#include "machine/operator/settings.h"
+#include "machine/operator/shown_state.h"
 
 namespace panelcal {
-
-/// Larger programs are refused.
-inline constexpr std::size_t kMaxProgramBytes = std::size_t{64} << 20;
-/// Larger commands are refused.
-inline constexpr std::size_t kMaxCommandBytes = std::size_t{64} << 10;
-
-/// The machine that people operate from a screen, and what it works with.
-struct StationSettings {
-  std::filesystem::path machine_file;  ///< read again at each start of a job
-  std::filesystem::path jobs_folder;   ///< programs/ beneath it; one folder a job
-  // Exactly one of the three:
-  std::string camera;          ///< an address, or empty
-  std::string images;          ///< a folder of pictures, or empty
-  std::string machine_driver;  ///< "sim", or empty
-  /// Makes the page of a document of facts, as page_html() of tools/page; empty: jobs have no page.
-  std::function<std::string(std::string_view title,
-                            std::string_view facts,
-                            const std::map<std::string, std::string>& pictures)>
-      page = {};
-  Clock clock = {};           ///< empty: the computer's
-  std::string software = {};  ///< "panelcal 0.1.0", for the ledger and the outputs
-};
-
-/// A picture of the camera, as JPEG.
-struct Frame {
-  std::uint64_t number = 0;  ///< grows with each picture
-  std::string jpeg;
-};
 
 /// The machine with one job at a time, for the screens of the people who operate it.
 ///
@@ -63,11 +32,7 @@ class Station {
   /// resumable.
   ~Station();
 
-  /// The document "screen" (share/schema/screen.schema.json) as text.
-  struct State {
-    std::uint64_t number = 0;  ///< grows with each change
-    std::string json;
-  };
+  using State = ShownState;
   State state() const;
   /// Waits until the state or the picture is newer than these, or the time is over.
   void wait(std::uint64_t state_number,
@@ -92,7 +57,7 @@ class Station {
   Expected<void> add_program(const std::string& name, std::string_view bytes);
 
   /// A file of a job: "report.html", "output", "facts.json", "measurements.jsonl" or
-  /// "picture-SEQ.jpg".
+  /// "picture-SEQ.jpg"; of "night", the last calibration that was made here, "report.html".
   ///
   /// Fails  usage (another name); file-unreadable
   Expected<std::string> job_file(const std::string& job_id, const std::string& name) const;

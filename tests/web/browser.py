@@ -40,6 +40,27 @@ return out;
 """
 
 
+# Texts of facts that stand where the page's own language is spoken.
+NOT_ENGLISH = """
+const out = [], walk = document.createTreeWalker(document.querySelector("main"), NodeFilter.SHOW_TEXT);
+while (walk.nextNode()) {
+  const {data, parentElement} = walk.currentNode;
+  const said = arguments[0].find((one) => data.includes(one));
+  if (said && parentElement.closest("[lang]").lang !== "en") out.push(said);
+}
+return out;
+"""
+
+
+def sentences(value, keys, is_said=False):
+    """The texts of some keys that have several words, wherever they stand in the facts."""
+    if isinstance(value, dict):
+        return [one for key, part in value.items() for one in sentences(part, keys, key in keys)]
+    if isinstance(value, list):
+        return [one for part in value for one in sentences(part, keys, is_said)]
+    return [value] if is_said and isinstance(value, str) and len(value.split()) > 2 else []
+
+
 def skip_without_browser():
     """Ends the test where there is no Chromium: a skip, which CI takes for a failure."""
     if webdriver is None or not shutil.which("chromedriver"):
@@ -60,8 +81,7 @@ class Browser:
 
     def open(self, path, width=1280, dark=False, quiet=True):
         """Shows a file, or an address; what the console says of it is an error."""
-        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {
-            "width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False})
+        self.resize(width)
         self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {
             "features": [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]})
         self.driver.get(str(path) if str(path).startswith("http:") else Path(path).resolve().as_uri())
@@ -74,6 +94,11 @@ class Browser:
         if self.driver.current_url.startswith("http:"):
             self.run("sessionStorage.clear()")
         self.driver.delete_all_cookies()
+
+    def resize(self, width):
+        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {
+            "width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False})
+        self.settle()
 
     def settle(self):
         """Figures draw themselves anew when they know their width: two frames later they have."""
@@ -89,8 +114,20 @@ class Browser:
     def count(self, selector):
         return len(self.texts(selector))
 
+    def not_marked_as_english(self, facts, keys):
+        """Texts of these keys that the page shows outside of what is marked as English."""
+        return self.run(NOT_ENGLISH, sentences(facts, keys))
+
     def cut_off(self):
         return self.run(CUT_OFF)
+
+    def touch(self, *steps):
+        """Fingers that come down at the first step, go through the others and are lifted; a step has a place for each."""
+        kinds = ["touchStart"] + ["touchMove"] * (len(steps) - 1) + ["touchEnd"]
+        for kind, places in zip(kinds, [*steps, []]):
+            self.driver.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [
+                {"x": x, "y": y, "id": i} for i, (x, y) in enumerate(places)]})
+        self.settle()
 
     def point_at(self, selector, index=0):
         """Moves the pointer to the middle of an element; what the figure then says of it."""

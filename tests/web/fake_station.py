@@ -135,7 +135,7 @@ class Station:
                             return
                         said = station.n_said
                         controls = {"held_by": station.held_by, "mine": bool(name) and station.key.endswith("." + name)}
-                        events = [("state", station.state), ("controls", controls), ("frame", {"number": station.frame})]
+                        events = [("state", station.state), ("controls", {"controls": controls}), ("frame", {"number": station.frame})]
                     try:
                         for name, data in events:
                             self.wfile.write(f"event: {name}\ndata: {json.dumps(data)}\n\n".encode())

@@ -117,6 +117,30 @@ class JobReport(unittest.TestCase):
         self.assertRegex(hint, r"hole, T\d+\n.*line \d+.*\nnominal \(")
         self.assertRegex(hint, r"sigma [\d.]+")
 
+    def test_the_map_is_moved_zoomed_and_read_by_touch(self):
+        self.page.open(self.demo, 400)
+        x, y = self.script("""
+          const canvas = document.querySelector(".map canvas");
+          canvas.scrollIntoView({block: "center"});
+          const box = canvas.getBoundingClientRect();
+          return [box.left + box.width / 2, box.top + box.height / 2];""")
+        self.page.settle()
+        pictures = [self.script("return document.querySelector('.map canvas').toDataURL()")]
+        before = self.script("return scrollY")
+        for steps in ([[(x, y)], [(x + 20, y + 30)], [(x + 40, y + 60)]],
+                      [[(x - 20, y), (x + 20, y)], [(x - 50, y), (x + 50, y)], [(x - 90, y), (x + 90, y)]]):
+            self.page.touch(*steps)
+            pictures.append(self.script("return document.querySelector('.map canvas').toDataURL()"))
+        self.assertEqual(len(set(pictures)), 3)
+        # Neither the page nor its scale has moved instead.
+        self.assertEqual(self.script("return [scrollY, visualViewport.scale]"), [before, 1])
+        # A tap near a hole says its numbers, and they stay when the finger is lifted.
+        for dx in range(-120, 121, 8):
+            self.page.touch([(x + dx, y)])
+            if self.page.count(".map .hint:not([hidden])"):
+                break
+        self.assertRegex("".join(self.page.texts(".map .hint:not([hidden])")), r"hole, T\d+line \d+")
+
     def test_the_map_shows_other_colours_for_other_values(self):
         self.page.open(self.demo)
         pictures = set()
@@ -158,10 +182,16 @@ class JobReport(unittest.TestCase):
         self.page.open(self.demo)
         self.assertIn("targets found", self.script("return document.body.innerText"))
         self.script("document.querySelector('button.language').click()")
+        for width_px in browser.WIDTHS:
+            self.page.resize(width_px)
+            self.assertEqual(self.page.cut_off(), [])
         text = self.script("return document.body.innerText")
         self.assertIn("Marken gefunden", text)
         self.assertNotIn("targets found", text)
         self.assertEqual(self.script("return document.documentElement.lang"), "de")
+        keys = ("grounds", "next", "reason", "text", "advice", "sentence", "basis_words", "surface_lines", "limits")
+        self.assertGreater(len(browser.sentences(self.facts, keys)), 5)
+        self.assertEqual(self.page.not_marked_as_english(self.facts, keys), [])
 
     def nothing_is_injected(self):
         self.assertIsNone(self.script("return window.injected ?? null"))

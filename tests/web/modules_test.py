@@ -14,12 +14,12 @@ WEB = ROOT / "web"
 NAME = re.compile(r"^(?:export )?(?:async )?(?:function\*?|const|let|class) (?:(\w+)|\{([^}]*)\})", re.MULTILINE)
 IMPORT = re.compile(r'^import [^;]*from "([^"]*)";', re.MULTILINE)
 # Code and style, with the operator's screen; it only falls. The goal is 4,000.
-MAX_LINES = 5831
+MAX_LINES = 5825
 # A table of texts in two languages; its few functions count with it.
 WORDS = "base/words.js"
 # Keys that facts name, whose words may be those of another thing.
 NAMED_BY_FACTS = re.compile(r"(night_state|history_verdict|model|gate|surface_source|height|status|verdict|colour|cause|source|common"
-                            r"|chi_square|calibration_(?:row|list|verdict)|plan_reason|limit|targets?|serve_(?:kind|job|run|way|choice|light))_")
+                            r"|chi_square|calibration_(?:row|list|verdict)|plan_reason|limit|targets?|serve_(?:by|kind|job|run|way|choice|light))_")
 FORBIDDEN = ["innerHTML", "outerHTML", "insertAdjacentHTML", "document.write", "eval(", "new Function", "fetch(",
              "XMLHttpRequest", "DOMParser", "javascript:"]
 

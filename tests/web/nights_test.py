@@ -245,6 +245,22 @@ class Pages(unittest.TestCase):
         self.assertEqual(self.browser.texts(".word"), ["BOHREN"])
         self.assertEqual(self.browser.run("return document.title"), "Nacht vom 2026-11-22 an drill 1")
 
+    def test_sentences_of_the_program_are_marked_as_english(self):
+        keys = ("verdict", "changes", "notes", "summary", "text", "reasons", "alarms", "since_when", "fit_report")
+        facts = copy.deepcopy(self.facts)
+        facts["notes"] = ["a note of some words"]
+        facts["steps"][0].update(alarms=["the chart of drift is out of its limit"], since_when="off since Monday at noon")
+        self.assertGreater(len(browser.sentences(facts, keys)), 15)
+        self.browser.open(browser.with_facts(self.page, facts, "changed.html"))
+        self.browser.run("document.querySelector('button.language').click()")
+        self.assertEqual(self.browser.run("return document.documentElement.lang"), "de")
+        self.assertEqual(self.browser.not_marked_as_english(facts, keys), [])
+        for width in browser.WIDTHS:
+            self.browser.open("changed.html", width)
+            self.browser.run("document.querySelector('button.language').click()")
+            self.browser.settle()
+            self.assertEqual(self.browser.cut_off(), [])
+
 
 if __name__ == "__main__":
     browser.skip_without_browser()

@@ -25,7 +25,6 @@ CLICK_TOLERANCE_PX = 0.1
 
 def idle():
     return {"facts": "screen", "version": 1, "panelcal": "1.0", "machine": "Posalux 5", "source": "simulated machine",
-            "kinds": ["night", "camera", "table"],
             "programs": [{"name": "panel.exc", "size_bytes": 12345}, {"name": "small.exc", "size_bytes": 99}], "job": None,
             "view": {"frame": 1, "width_px": WIDTH_PX, "height_px": HEIGHT_PX, "um_per_px": 10.0, "place_mm": [12.5, 40.0]},
             "calibration": None,
@@ -94,6 +93,8 @@ class Screen(unittest.TestCase):
         self.station = Station(MADE)
         self.station.say(idle())
         self.page.forget()
+        # What an earlier test has provoked.
+        self.page.driver.get_log("browser")
 
     def tearDown(self):
         self.page.run("location.href = 'about:blank'")
@@ -236,24 +237,27 @@ class Screen(unittest.TestCase):
         self.arrived({"do": "answer", "question": 3, "choice": "again", "lamp": 55})
 
     def test_a_click_says_where_to_search_in_px_of_the_picture_at_any_size(self):
-        for width_px in browser.WIDTHS:
-            with self.subTest(width_px=width_px):
+        for width_px, factor in ((400, 1), (1280, 1), (1280, 2), (2560, 3)):
+            with self.subTest(width_px=width_px, factor=factor):
                 self.start_anew()
                 self.station.picture = picture(DISC_PX)
-                self.open(asking_without_search_window(), width_px)
+                state = asking_without_search_window()
+                # The picture of a large camera is sent smaller: a pixel of it has several of the camera.
+                state["view"].update(width_px=factor * WIDTH_PX, height_px=factor * HEIGHT_PX)
+                self.open(state, width_px)
                 self.shown(3)
                 # It means nothing until an aim is chosen.
                 self.click_disc()
-                self.arrived_at("search", self.click_disc("aim-search"))
+                self.arrived_at("search", [factor * (at + 0.5) - 0.5 for at in self.click_disc("aim-search")], factor=factor)
 
-    def arrived_at(self, choice, at_px):
+    def arrived_at(self, choice, at_px, frame=3, factor=1):
         end = time.monotonic() + LONGEST_WAIT_S
         while not self.station.orders and time.monotonic() < end:
             time.sleep(0.03)
         (order,) = self.station.orders
-        self.assertEqual((order["do"], order["question"], order["choice"]), ("answer", 3, choice))
+        self.assertEqual((order["do"], order["question"], order["choice"], order["frame"]), ("answer", 3, choice, frame))
         for got, wanted in zip(order["at_px"], at_px):
-            self.assertAlmostEqual(got, wanted, delta=CLICK_TOLERANCE_PX)
+            self.assertAlmostEqual(got, wanted, delta=factor * CLICK_TOLERANCE_PX)
 
     def test_a_target_is_placed_by_hand_with_click_keys_and_enter(self):
         self.station.picture = picture(DISC_PX)
@@ -275,22 +279,17 @@ class Screen(unittest.TestCase):
         self.press("skip")
         self.arrived({"do": "answer", "question": 3, "choice": "skip"})
 
-    def test_no_place_is_taken_from_a_picture_that_is_older_than_the_view(self):
+    def test_a_place_comes_with_the_number_of_its_picture_so_that_an_older_one_can_be_refused(self):
         self.station.picture = picture(DISC_PX)
         self.open(asking_without_search_window())
         self.shown(3)
-        self.script("document.getElementById('aim-search').click()")
-        # The stage has moved, and its picture is not there yet.
-        moved = asking_without_search_window()
-        moved["view"]["frame"] = 9
-        self.station.say(moved, frame=8)
-        self.until("!document.querySelector('canvas.aimed')")
-        self.click_disc()
-        time.sleep(0.3)
-        self.assertEqual(self.station.orders, [])
+        self.station.refusal = {"what": "the picture is older than the last move", "expected": "a place of the picture shown now"}
+        self.click_disc("aim-search")
+        self.until("document.querySelector('.notice').innerText.includes('older than the last move')")
+        self.station.refusal = None
         self.station.say(frame=9)
-        self.until("document.querySelector('canvas.aimed')")
-        self.arrived_at("search", self.click_disc())
+        self.shown(9)
+        self.arrived_at("search", self.click_disc(), frame=9)
 
     def test_the_stage_is_jogged_by_buttons_and_arrow_keys(self):
         self.open(asking())
@@ -364,7 +363,6 @@ class Screen(unittest.TestCase):
         self.station.cut_off(False)
         self.until("!document.body.classList.contains('lost')")
         self.until("document.getElementById('do-stop')")
-        self.page.driver.get_log("browser")
 
     def test_a_token_is_asked_for_where_one_is_needed(self):
         self.station.token = "secret"
@@ -375,11 +373,35 @@ class Screen(unittest.TestCase):
             self.until("document.querySelector('main').innerText.includes(arguments[0])", said)
         self.page.driver.get_log("browser")
 
+    def test_of_a_thousand_targets_only_the_row_that_changes_is_made_anew(self):
+        def state(n_found):
+            targets = [found(seq) if seq < n_found else target(seq) for seq in range(1000)]
+            return with_job("measuring", targets=targets)
+
+        self.open(state(500))
+        self.until("document.querySelectorAll('.targets li').length === 1000")
+        self.script("for (const row of document.querySelectorAll('.targets li')) row.dataset.old = 1;"
+                    "document.querySelector('.targets').scrollTop = 5000")
+        self.station.say(state(501))
+        self.until("document.querySelectorAll('.targets .found').length === 501")
+        self.assertEqual(self.page.texts(".targets li:not([data-old]) b"), ["#500"])
+        # Who reads the list keeps the place.
+        self.assertEqual(self.script("return document.querySelector('.targets').scrollTop"), 5000)
+        # The next one that is looked for is scrolled to, and the page stays where it is.
+        looking = state(501)
+        looking["job"]["targets"][700]["status"] = "looking"
+        self.station.say(looking)
+        self.until("document.querySelector('.targets .looking')")
+        row, box = self.script("""return [".targets .looking", ".targets"].map((one) => {
+          const {top, bottom} = document.querySelector(one).getBoundingClientRect(); return [top, bottom]; })""")
+        self.assertTrue(box[0] <= row[0] and row[1] <= box[1], (row, box))
+        self.assertEqual(self.script("return scrollY"), 0)
+
     def test_the_verdict_and_the_program_that_is_written(self):
         self.open(done())
         self.until("document.getElementById('output-name')")
         self.assertIn("DRILL", self.text("#verdict"))
-        self.assertTrue(self.script("return document.querySelector('#verdict a').href").endswith("/api/jobs/2026-11-27-1/report.html"))
+        self.assertTrue(self.script("return document.querySelector('#verdict a').href").endswith("/api/jobs/2026-11-27-1/report.html?language=en"))
         self.script("document.getElementById('output-name').value = 'out.drl'")
         self.station.answers = lambda order: self.station.say(with_job("done", outputs=["out.drl"], verdict=done()["job"]["verdict"]))
         self.press("write")
@@ -396,10 +418,13 @@ class Screen(unittest.TestCase):
         state = idle()
         state["calibration"] = {"kind": "night", "state": "running", "lines": ["warm-up: 3 min", "camera: 21 marks"], "has_page": False}
         self.station.answers = lambda order: self.station.say(state)
+        # What the ledger has can be measured alone.
+        self.until("document.getElementById('do-calibrate-camera')")
         self.press("calibrate-night")
         self.arrived({"do": "calibrate", "kind": "night"})
         self.until("document.querySelector('#calibration').innerText.includes('camera: 21 marks')")
         self.assertEqual(self.page.count("#do-calibrate-night, #history details"), 0)
+        self.assertEqual(self.page.count("#do-calibrate-table"), 0)
         finished = copy.deepcopy(state)
         finished["calibration"].update(state="done", verdict="may drill", has_page=True)
         self.station.say(finished)

@@ -110,6 +110,7 @@ Expected<void> Session::finish(LedgerDraft draft,
   // The ledger first: whatever happens then, it says which file should be there.
   PANELCAL_TRY(const LedgerEntry entry, ledger_->append(draft));
   entry_ = entry.id;
+  is_in_ledger_alone_ = installs && kind.has_file() && kind.file().empty();
   if (installs) PANELCAL_CHECK(kind.write_in_force(*ledger_));
   return {};
 }
@@ -117,7 +118,11 @@ Expected<void> Session::finish(LedgerDraft draft,
 std::string Session::verdict_line() const {
   const std::string recorded = entry_ ? fmt::format(", ledger entry {}", *entry_) : "";
   if (!refusal_.empty()) return fmt::format("  refused{}: {} (--force)\n", recorded, refusal_);
-  return entry_ ? fmt::format("  installed{}\n", recorded) : "";
+  if (!entry_) return {};
+  return fmt::format(
+      "  installed{}{}\n",
+      recorded,
+      is_in_ledger_alone_ ? ", into the ledger alone: no file is named for it (-o)" : "");
 }
 
 Answer Session::answer(std::string text, Json part, CommandContext& context) const {

@@ -83,6 +83,7 @@ class Session {
   std::string objection_;  ///< reasons against it, overruled or not
   std::string refusal_;
   std::optional<std::int64_t> entry_;
+  bool is_in_ledger_alone_ = false;  ///< installed, and no file is named that would have it
 };
 
 }  // namespace panelcal::calibrate

@@ -14,6 +14,7 @@
 #include "machine/config/machine_config.h"
 #include "machine/job/camera_pose.h"
 #include "machine/job/facts/job_facts.h"
+#include "machine/job/facts/seen_pictures.h"
 #include "machine/job/job.h"
 #include "machine/job/summary/depth_summary.h"
 #include "machine/job/summary/verdict_summary.h"
@@ -28,7 +29,6 @@
 #include "tools/cli/process/version.h"
 #include "tools/cli/provenance.h"
 #include "tools/run/fits_summary.h"
-#include "tools/run/seen_pictures.h"
 #include "vision/suggest/common_scale.h"
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -269,24 +269,13 @@ class RunCommand {
     if (result.truth) console.say("\nerror against truth\n" + result.truth->summary());
   }
 
-  JobFactsInput facts_input(const JobResult& result) {
-    JobFactsInput input;
+  JobFactsInput all_facts_of(const JobResult& result) {
+    JobFactsInput input = facts_input(result);
     input.program_file = job_.program.source.file;
     input.machine_name = machine_.name;
-    input.source = result.source;
     input.output_file = is_written_ ? options_.output : "";
     input.forced = is_written_ && log_.has_errors();
-    input.survey = result.survey.get();
-    input.tally = result.is_executed ? &result.tally : nullptr;
-    input.places = result.is_executed ? result.places.get() : nullptr;
-    input.truth = result.is_executed ? result.truth.get() : nullptr;
-    input.verdict = result.verdict.get();
-    input.depth = result.depth.get();
-    input.unstated = result.unstated;
     input.common_scale = scale_.words().value_or("");
-    input.worst_hole = result.worst_hole;
-    input.worst_number = result.worst_number;
-    if (result.surface_use) input.surface_use = result.surface_use->summary();
     input.pictures = std::move(pictures_.by_seq);
     input.diagnostics = log_.kept();
     input.provenance = provenance_;
@@ -299,7 +288,7 @@ class RunCommand {
   void state(const JobResult& result) {
     if (!options_.facts.any()) return;
     warn_of_scale();
-    const JobFactsInput input = facts_input(result);
+    const JobFactsInput input = all_facts_of(result);
     stated_ = state_facts(
                   context_,
                   options_.facts,

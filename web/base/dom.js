@@ -79,6 +79,12 @@ export function svg(tag, attributes = {}, ...children) {
   return made;
 }
 
+/** A sentence of the program, which is English on every page.
+ * @param {Child} text */
+export function english(text) {
+  return element("span", { lang: "en" }, text);
+}
+
 /**
  * A section with its heading, that links can name.
  * @param {string} id
@@ -122,15 +128,16 @@ export function rowList(rows, className = "mono") {
 }
 
 /**
- * What is made when it is opened: many pages have more than anybody looks at.
+ * What is made when it is opened, since many pages have more than one looks at; `isMade`: at once, for links and print.
  * @param {Child} summary
  * @param {() => Child} make
  * @param {Attributes} [attributes]
+ * @param {boolean} [isMade]
  */
-export function unfolding(summary, make, attributes = {}) {
+export function unfolding(summary, make, attributes = {}, isMade = false) {
   const details = element("details", attributes, element("summary", {}, summary));
   const fill = () => {
-    if (details.open && details.childElementCount === 1) append(details, make());
+    if ((isMade || details.open) && details.childElementCount === 1) append(details, make());
   };
   details.addEventListener("toggle", fill);
   fill();

@@ -5,19 +5,25 @@ import { language } from "./words.js";
 const unknown = "\u2013";
 
 /**
+ * With a true minus sign.
+ * @param {number | null | undefined} value
+ * @param {Intl.NumberFormatOptions} options
+ */
+function formatted(value, options) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return unknown;
+  return new Intl.NumberFormat(language(), options).format(value).replace("-", "\u2212");
+}
+
+/**
  * Fixed point with grouped thousands: 20,000.0 (German: 20.000,0); never "-0.0".
  * @param {number | null | undefined} value
  * @param {number} decimals
  * @param {{signed?: boolean}} [options]
  */
 export function fixed(value, decimals, options = {}) {
-  if (value === null || value === undefined || !Number.isFinite(value)) return unknown;
-  const form = new Intl.NumberFormat(language(), {
-    minimumFractionDigits: decimals, maximumFractionDigits: decimals,
-    signDisplay: options.signed ? "always" : "auto",
-  });
-  const isZero = Math.abs(value) < 0.5 * 10 ** -decimals;
-  return form.format(isZero ? 0 : value).replace("-", "\u2212");
+  const isZero = Math.abs(value ?? NaN) < 0.5 * 10 ** -decimals;
+  return formatted(isZero ? 0 : value, { minimumFractionDigits: decimals, maximumFractionDigits: decimals,
+    signDisplay: options.signed ? "always" : "auto" });
 }
 
 /**
@@ -25,9 +31,7 @@ export function fixed(value, decimals, options = {}) {
  * @param {number | null | undefined} value
  */
 export function shortest(value) {
-  if (value === null || value === undefined || !Number.isFinite(value)) return unknown;
-  const form = new Intl.NumberFormat(language(), { maximumSignificantDigits: 6 });
-  return form.format(value).replace("-", "\u2212");
+  return formatted(value, { maximumSignificantDigits: 6 });
 }
 
 /** @param {number | null | undefined} value */
@@ -107,7 +111,7 @@ export function decimalsOf(step) {
 export function probability(risk) {
   if (risk === null || risk === undefined) return unknown;
   if (risk < 1e-12) return "< 10\u207b\u00b9\u00b2";
-  if (risk >= 0.001) return new Intl.NumberFormat(language(), { maximumSignificantDigits: 2 }).format(risk);
+  if (risk >= 0.001) return formatted(risk, { maximumSignificantDigits: 2 });
   const [digits, exponent] = risk.toExponential(1).split("e-");
   const superscript = [...exponent].map((digit) =>
     "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079"[Number(digit)]).join("");
@@ -143,8 +147,7 @@ export function amount(value, unit, signed = false) {
   if (unit === "mm" && Math.abs(value) >= 1) return `${fixed(value, 3, { signed })}\u00a0mm`;
   const { factor, name } = shownUnit(unit);
   if (factor !== 1) return `${fixed(factor * value, unit === "mm" ? 1 : 3, { signed })}\u00a0${name}`;
-  const form = new Intl.NumberFormat(language(), { maximumSignificantDigits: 4, signDisplay: signed ? "always" : "auto" });
-  return withUnit(form.format(value).replace("-", "\u2212"), name);
+  return withUnit(formatted(value, { maximumSignificantDigits: 4, signDisplay: signed ? "always" : "auto" }), name);
 }
 
 /**
@@ -161,6 +164,12 @@ export function absolute(value, unit) {
  * @param {number} time_s */
 export function timeText(time_s) {
   return new Date(1000 * time_s).toISOString().slice(0, 16).replace("T", " ");
+}
+
+/** "2026-11-21 03:10 UTC"
+ * @param {string} iso */
+export function minuteText(iso) {
+  return `${timeText(secondsOf(iso))} UTC`;
 }
 
 /** @param {string} iso */

@@ -5,19 +5,20 @@ import { extremes } from "../base/columns.js";
 import { colourScale, element } from "../base/dom.js";
 import { mapSigma } from "../base/leverage.js";
 import { word } from "../base/words.js";
-import { fixed, micrometres, place, probability, shortest } from "../base/format.js";
+import { fixed, micrometres, place, probability, roundStep, shortest } from "../base/format.js";
 import { categoryColour, colour, scaleColour, scaleCss } from "../base/colours.js";
 import { paintField, sampledField } from "./field.js";
 import { colouring, mapColumns } from "./map_colours.js";
 import { arrowPath } from "./panel_arrows.js";
-import { placeIndex } from "./place_index.js";
-import { boxExtent, Plane } from "./plane.js";
+import { boxExtent, nearestPlace, Plane, zoomStep } from "./plane.js";
 
 /** @typedef {import("./map_colours.js").MapColumns} MapColumns */
 /** @typedef {ReturnType<typeof colouring>} Colouring */
 
 /** More places than this in view are drawn as squares of whole pixels. */
 const maxDiscs = 20000;
+/** A place is meant from as near as this. */
+const reach_px = 9;
 /** Residuals: the longest arrow in px. */
 const longestArrow_px = 60;
 
@@ -34,7 +35,6 @@ class JobMap {
     this.ranges = [range(0), range(1)];
     this.mode = "tool";
     this.showsResiduals = true;
-    this.index = null;
     this.legend = element("ul", { class: "legend" });
     this.plane = new Plane({
       extent: boxExtent(this.ranges[0], this.ranges[1]), label: word("map_label"), most_px: 0.85 * innerHeight, isMovable: true,
@@ -44,13 +44,10 @@ class JobMap {
   }
 
   /** @param {import("./plane.js").Point} at */
-  hover([x, y]) {
-    const { columns, ranges: [across, up] } = this;
-    if (!columns || !across || !up) return null;
-    this.index = this.index ?? placeIndex(columns.x_mm, columns.y_mm,
-      { left: across[0], bottom: up[0], width: across[1] - across[0], height: up[1] - up[0] });
-    const i = this.index.nearest(x, y, 9 / this.plane.scale);
-    return i < 0 ? null : this.described(columns, i);
+  hover(at) {
+    const { columns } = this;
+    const i = columns ? nearestPlace(columns.x_mm, columns.y_mm, at, reach_px / this.plane.scale) : -1;
+    return columns && i >= 0 ? this.described(columns, i) : null;
   }
 
   /**
@@ -174,23 +171,10 @@ class JobMap {
       }
       if (this.showsResiduals && target.residual_um) {
         const [dx, dy] = target.residual_um;
-        this.drawArrow(u, v, dx * px_per_um, -dy * px_per_um, colour(isBad ? "bad" : "link"));
+        plane.stroke(colour(isBad ? "bad" : "link"), new Path2D(arrowPath(u, v, dx * px_per_um, -dy * px_per_um)), 1.8);
       }
     }
     if (this.showsResiduals && longest_um > 0) this.drawReference(longest_um, px_per_um);
-  }
-
-  /**
-   * @param {number} u
-   * @param {number} v
-   * @param {number} du
-   * @param {number} dv
-   * @param {string} css
-   */
-  drawArrow(u, v, du, dv, css) {
-    this.plane.context.strokeStyle = css;
-    this.plane.context.lineWidth = 1.8;
-    this.plane.context.stroke(new Path2D(arrowPath(u, v, du, dv)));
   }
 
   /**
@@ -200,13 +184,12 @@ class JobMap {
    */
   drawReference(longest_um, px_per_um) {
     const { context, right, top } = this.plane, x = right - 150, y = top + 18;
-    const power = 10 ** Math.floor(Math.log10(longest_um));
-    const length_um = [5, 2, 1].map((k) => k * power).find((one) => one <= longest_um) ?? longest_um;
+    const length_um = roundStep(0.4 * longest_um);
     context.fillStyle = colour("paper");
     context.globalAlpha = 0.8;
     context.fillRect(x - 12, y - 14, 158, 28);
     context.globalAlpha = 1;
-    this.drawArrow(x, y, length_um * px_per_um, 0, colour("link"));
+    this.plane.stroke(colour("link"), new Path2D(arrowPath(x, y, length_um * px_per_um, 0)), 1.8);
     context.fillStyle = colour("ink");
     context.textAlign = "right";
     context.fillText(word("map_residual_scale", { length: shortest(length_um) }), right - 8, y + 4);
@@ -255,8 +238,8 @@ export function jobMap(facts) {
     element("div", { class: "controls" },
       modes.length > 1 && element("label", {}, `${word("map_colour_by")} `, choice),
       hasResiduals && element("label", {}, residuals, ` ${word("surface_residual_tile")}`),
-      button("+", word("zoom_in"), () => plane.zoomIn()),
-      button("\u2212", word("zoom_out"), () => plane.zoomOut()),
+      button("+", word("zoom_in"), () => plane.zoom(zoomStep)),
+      button("\u2212", word("zoom_out"), () => plane.zoom(1 / zoomStep)),
       button("\u2922", word("zoom_fit"), () => plane.fit())),
     plane.node, map.legend,
     element("figcaption", {}, word("map_caption")));

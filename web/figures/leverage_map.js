@@ -6,7 +6,7 @@ import { fixed, micrometres, percent, place, shortest } from "../base/format.js"
 import { greatestSigma, predictedFit } from "../base/leverage.js";
 import { word, wordOf } from "../base/words.js";
 import { drawContours, paintField, sampledField } from "./field.js";
-import { arrowKeys, extentOf, Plane } from "./plane.js";
+import { arrowKeys, extentOf, nearestPlace, Plane } from "./plane.js";
 import { arrowPath } from "./panel_arrows.js";
 
 /** @typedef {import("./plane.js").Point} Point */
@@ -14,7 +14,7 @@ import { arrowPath } from "./panel_arrows.js";
 
 // Borders of the colours, times the noise: the same in every picture, so that two can be compared.
 const leverageLevels = [0.5, 0.6, 0.7, 0.85, 1, 1.25, 1.5, 1.75, 2, 2.5, 3, 4, 5, 7, 10];
-const reach_px = 12;
+const touch_px = 12;
 const mostArrows = 250;
 
 /** @param {number} leverage */
@@ -224,16 +224,10 @@ export function leverageFigure(facts, series) {
     changed();
   } }, word(one.pads.length === 1 ? "plan_add_one" : "plan_add_several", { n: one.pads.length })));
 
-  const nearest = (/** @type {Point} */ at, /** @type {Plane} */ plane, /** @type {Point[]} */ places) => {
-    let best = -1, least = reach_px / plane.scale;
-    places.forEach(([x, y], i) => {
-      const distance = Math.hypot(x - at[0], y - at[1]);
-      if (distance >= least) return;
-      best = i;
-      least = distance;
-    });
-    return best;
-  };
+  const padAt = (/** @type {Point} */ at, /** @type {Plane} */ plane) =>
+    nearestPlace(candidates.x_mm, candidates.y_mm, at, touch_px / plane.scale);
+  const targetAt = (/** @type {Point} */ at, /** @type {Plane} */ plane) =>
+    nearestPlace(trial.targets.map(({ x }) => x), trial.targets.map(({ y }) => y), at, touch_px / plane.scale);
   const pads = /** @type {Point[]} */ (candidates.x_mm.map((/** @type {number} */ x, /** @type {number} */ i) => [x, candidates.y_mm[i]]));
   const targetPlaces = () => /** @type {Point[]} */ (trial.targets.map(({ x, y }) => [x, y]));
   const move = (/** @type {number} */ i, /** @type {Point} */ [x, y]) => {
@@ -269,18 +263,18 @@ export function leverageFigure(facts, series) {
       const lines = [place(at)];
       const leverage = trial.found?.leverage(...at);
       if (leverage !== undefined) lines.push(`${timesText(leverage)} = ${micrometres(leverage * series.noise_um, 2)}`);
-      const target = nearest(at, plane, targetPlaces());
+      const target = targetAt(at, plane);
       if (target >= 0) return [word("plan_drag", { line: series.targets[target].line }), ...lines];
-      const pad = nearest(at, plane, pads);
+      const pad = padAt(at, plane);
       if (pad < 0) return lines;
       const tool = candidates.tool[pad] > 0 && !candidates.is_target[pad] ? `, T${candidates.tool[pad]}` : "";
       return [`${word("plan_line", { line: candidates.line[pad] })}${tool}${candidates.file?.[pad] ? `, ${candidates.file[pad]}` : ""}`,
         ...lines];
     },
     press: (at, plane) => {
-      chosen = nearest(at, plane, targetPlaces());
+      chosen = targetAt(at, plane);
       if (chosen < 0) {
-        const pad = nearest(at, plane, pads);
+        const pad = padAt(at, plane);
         if (pad >= 0) trial.toggle(pad);
       }
       changed();

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The places of a job in columns, and how the map colours them.
 import { categoryColour, colour, scaleColour } from "../base/colours.js";
-import { extremes } from "../base/columns.js";
-import { placeColumn } from "./place_index.js";
+import { columnOf, extremes } from "../base/columns.js";
 
 /**
  * The places of a job in columns, and what the map colours them by.
  * @param {any} table facts.places.table
  */
 export function mapColumns(table) {
-  const get = (/** @type {string} */ key) => placeColumn(table, key);
+  const get = (/** @type {string} */ key) => columnOf(table[key]);
   const shift_x_um = get("shift_x_um");
   const shift_y_um = get("shift_y_um");
   const shift_um = new Float32Array(table.n);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // One value over nights or entries of a ledger, against the one in force now.
-import { absolute, amount, fixed, secondsOf, shownUnit, timeText } from "../base/format.js";
+import { absolute, amount, fixed, minuteText, secondsOf, shownUnit } from "../base/format.js";
 import { word } from "../base/words.js";
 import { chart, chartLegend } from "./chart.js";
 
@@ -23,7 +23,7 @@ const predictedSigmas = 3;
 function foundLines(one, unit, zero, tolerance) {
   const sigma = one.sigma ? ` \u00b1 ${amount(one.sigma, unit)}` : "";
   return [
-    `${timeText(secondsOf(one.time))} UTC`,
+    minuteText(one.time),
     `${absolute(one.value, unit)} (${amount((one.value ?? 0) - zero, unit, true)}${sigma})`,
     one.entry ? word("chart_entry", { state: one.state, entry: one.entry }) : one.state,
     one.who ? word("chart_who", { who: one.who }) : "",

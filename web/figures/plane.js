@@ -22,7 +22,7 @@ import { showHint } from "./pointed.js";
 export const arrowKeys = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
 const planeMargin = { left: 46, right: 12, top: 10, bottom: 26 };
-const zoomStep = 1.4;
+export const zoomStep = 1.4;
 
 /**
  * The rectangle about points, with some room.
@@ -45,6 +45,24 @@ export function boxExtent(x, y) {
   // A line has some width, too.
   const room = [x, y].map(([low, high]) => 0.06 * size + Math.max(0, 0.1 * size - (high - low)) / 2);
   return { low: [x[0] - room[0], y[0] - room[1]], high: [x[1] + room[0], y[1] + room[1]] };
+}
+
+/**
+ * The place nearest to a point, or -1 where none is in reach; of a million places in a few milliseconds.
+ * @param {ArrayLike<number | null>} x_mm
+ * @param {ArrayLike<number | null>} y_mm
+ * @param {Point} at
+ * @param {number} reach_mm
+ */
+export function nearestPlace(x_mm, y_mm, [x, y], reach_mm) {
+  let best = -1, least = reach_mm * reach_mm;
+  for (let i = 0; i < x_mm.length; i++) {
+    const square = (Number(x_mm[i]) - x) ** 2 + (Number(y_mm[i]) - y) ** 2;
+    if (square > least) continue;
+    least = square;
+    best = i;
+  }
+  return best;
 }
 
 /**
@@ -96,6 +114,7 @@ export class Plane {
     this.options = options;
     this.canvas = element("canvas", { role: "img", "aria-label": options.label });
     if (options.key || options.isMovable) this.canvas.tabIndex = 0;
+    if (options.press || options.isMovable) this.canvas.classList.add("dragged");
     this.hint = element("div", { class: "hint", hidden: true });
     this.node = element("div", { class: "plane" }, this.canvas, this.hint);
     this.context = preparedContext(this.canvas, 1, 1, options.isReadOften);
@@ -120,7 +139,9 @@ export class Plane {
     };
     const listeners = {
       pointerdown: (event) => this.press(event), pointermove: (event) => this.move(event), pointerup: release,
-      pointercancel: release, pointerleave: () => { this.hint.hidden = true; },
+      pointercancel: release,
+      // A finger leaves as soon as it is lifted; what it has touched stays said.
+      pointerleave: (event) => { this.hint.hidden = this.hint.hidden || event.pointerType !== "touch"; },
       keydown: (event) => {
         if (this.options.key?.(event) || (this.options.isMovable && this.key(event))) event.preventDefault();
       },
@@ -227,20 +248,12 @@ export class Plane {
     this.redraw();
   }
 
-  zoomIn() {
-    this.zoom(zoomStep);
-  }
-
-  zoomOut() {
-    this.zoom(1 / zoomStep);
-  }
-
   /** @param {KeyboardEvent} event */
   key(event) {
     const way = arrowKeys[event.key], step_mm = 60 / this.scale;
     if (way) this.pan(step_mm * way[0], step_mm * way[1]);
-    else if (event.key === "+") this.zoomIn();
-    else if (event.key === "-") this.zoomOut();
+    else if (event.key === "+") this.zoom(zoomStep);
+    else if (event.key === "-") this.zoom(1 / zoomStep);
     else if (event.key === "0") this.fit();
     else return false;
     return true;
@@ -260,6 +273,14 @@ export class Plane {
     this.dragged = press?.(this.place(...pixel), this);
     if (isMovable) this.pointers.set(event.pointerId, pixel);
     if (this.dragged || isMovable) this.canvas.setPointerCapture(event.pointerId);
+    this.say(pixel);
+  }
+
+  /** Says what is at a pixel.
+   * @param {Point} pixel */
+  say(pixel) {
+    const [x, y] = pixel;
+    showHint(this.hint, this.options.hint?.(this.place(x, y), this), x, y, this.width);
   }
 
   /** @param {PointerEvent} event */
@@ -268,7 +289,7 @@ export class Plane {
     const pixel = this.pixelOf(event), at = this.place(...pixel), before = this.pointers.get(event.pointerId);
     this.dragged?.(at);
     if (before) this.follow(event.pointerId, before, pixel);
-    else showHint(this.hint, this.options.hint?.(at, this), ...pixel, this.width);
+    else this.say(pixel);
   }
 
   /**
@@ -278,6 +299,7 @@ export class Plane {
    * @param {Point} now
    */
   follow(id, before, now) {
+    this.hint.hidden = true;
     const other = [...this.pointers].find(([one]) => one !== id)?.[1];
     this.pointers.set(id, now);
     if (other) {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where the panel of a job went: arrows at its places, without what they have in common.
-import { extremes } from "../base/columns.js";
+import { columnOf, extremes } from "../base/columns.js";
 import { fixed, micrometres, place } from "../base/format.js";
 import { word } from "../base/words.js";
 import { panelArrows } from "./panel_arrows.js";
-import { placeColumn } from "./place_index.js";
 
 /** Arrows along the longer side, of displacements of many places. */
 const planCells = 14;
@@ -16,7 +15,7 @@ const planCells = 14;
  * @returns {Displaced[]}
  */
 function placesOnGrid(table) {
-  const [x, y, dx, dy] = ["nominal_x_mm", "nominal_y_mm", "shift_x_um", "shift_y_um"].map((key) => placeColumn(table, key));
+  const [x, y, dx, dy] = ["nominal_x_mm", "nominal_y_mm", "shift_x_um", "shift_y_um"].map((key) => columnOf(table[key]));
   const [left, right] = extremes(x) ?? [0, 0], [bottom, top] = extremes(y) ?? [0, 0];
   const cell = Math.max(1e-3, Math.max(right - left, top - bottom) / planCells);
   /** @type {Map<number, {i: number, distance: number}>} */

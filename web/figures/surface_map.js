@@ -273,7 +273,7 @@ export function spaceFigure(zone, heights) {
   const raised = 10 ** Math.floor(Math.log10((0.2 * across) / (high - low)));
   const factor = raised * Math.max(1, Math.floor((0.2 * across) / (high - low) / raised));
   let turn = -0.6, tilt = 0.9;
-  const canvas = element("canvas", { role: "img", "aria-label": word("surface_view_3d"), tabindex: 0 });
+  const canvas = element("canvas", { role: "img", class: "dragged", "aria-label": word("surface_view_3d"), tabindex: 0 });
   const draw = () => {
     const width = canvas.clientWidth, height = Math.min(460, 0.72 * width), scale = (0.94 * Math.min(width, height / (0.25 + Math.sin(tilt)) * 1.1)) / across;
     const context = preparedContext(canvas, width, height);

@@ -55,7 +55,7 @@ export function targetPicture(crop, source, label, isGood, isLarge) {
   })];
   for (const other of crop.others) {
     children.push(svg("g", { class: other.counts ? "candidate" : "other" },
-      svg("title", {}, other.counts ? word("candidate_counts") : other.reason),
+      other.counts ? svg("title", {}, word("candidate_counts")) : svg("title", { lang: "en" }, other.reason),
       svg("circle", { cx: other.centre_px[0], cy: other.centre_px[1], r: Math.max(side / 40, other.size_px / 2) })));
   }
   const kind = isGood ? "outline" : "outline refused";

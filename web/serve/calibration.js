@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Calibrations and nights: start, watch, read the page of the morning, and the ledger with the way back.
-import { chip, element } from "../base/dom.js";
-import { secondsOf, timeText } from "../base/format.js";
-import { word, wordOf } from "../base/words.js";
+import { chip, element, english } from "../base/dom.js";
+import { minuteText } from "../base/format.js";
+import { language, word, wordOf } from "../base/words.js";
 import { actionButton, command, desk, fieldValue, form, isMine } from "./desk.js";
 
+/** What can be measured alone; it is offered where the ledger has it. */
+const measuredAlone = ["spindle-camera", "camera", "table", "focus", "light", "settle", "surface"];
 const runChips = { running: "suspect", done: "good", failed: "refused" };
 /** Of a longer ledger the screen shows the newest. */
 const mostEntries = 60;
@@ -16,8 +18,9 @@ function isFree() {
 }
 
 export function calibrationPart() {
-  const { calibration, kinds = ["night"] } = desk.state;
-  const buttons = isMine() && isFree() && kinds.map((/** @type {string} */ kind) =>
+  const { calibration, history = [] } = desk.state;
+  const kinds = measuredAlone.filter((kind) => history.some((entry) => entry.kind === kind));
+  const buttons = isMine() && isFree() && ["night", ...kinds].map((kind) =>
     actionButton(`calibrate-${kind}`, wordOf("serve_kind", kind), () => command({ do: "calibrate", kind })));
   if (!buttons && !calibration) return null;
   return [element("h2", {}, word("serve_calibrate")),
@@ -28,7 +31,7 @@ export function calibrationPart() {
       element("ul", { lang: "en", class: "lines", "aria-live": "polite" },
         (calibration.lines ?? []).map((/** @type {string} */ line) => element("li", {}, line))),
       calibration.verdict && element("p", { lang: "en", class: "next" }, calibration.verdict),
-      calibration.has_page && element("p", {}, element("a", { href: "api/calibration/report.html", target: "_blank", rel: "noopener" },
+      calibration.has_page && element("p", {}, element("a", { href: `api/calibration/report.html?language=${language()}`, target: "_blank", rel: "noopener" },
         word("serve_morning"))),
     ]];
 }
@@ -47,8 +50,8 @@ export function historyPart() {
   if (history.length === 0) return null;
   return [element("h2", {}, word("history_entries")),
     element("ul", { class: "history" }, history.slice(0, mostEntries).map((entry) => element("li", {},
-      element("b", {}, wordOf("serve_kind", entry.kind)), " ", element("span", { class: "quiet" }, `${timeText(secondsOf(entry.when))} UTC`), " ",
-      entry.in_force && chip("good", word("history_in_force")), " ", element("span", { lang: "en" }, entry.words),
+      element("b", {}, wordOf("serve_kind", entry.kind)), " ", element("span", { class: "quiet" }, minuteText(entry.when)), " ",
+      entry.in_force && chip("good", word("history_in_force")), " ", english(entry.words),
       isMine() && isFree() && !entry.in_force && rollBack(entry)))),
     history.length > mostEntries && element("p", { class: "quiet" }, word("serve_more_entries", { n: history.length - mostEntries }))];
 }

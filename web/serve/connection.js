@@ -10,7 +10,10 @@ const pause_ms = 1000;
 
 /** What the server says of a request that it refuses. */
 export class Refusal extends Error {
-  /** @param {{what?: string, expected?: string}} said @param {number} status */
+  /**
+   * @param {{what?: string, expected?: string}} said
+   * @param {number} status
+   */
   constructor(said, status) {
     super(said.what ?? `HTTP ${status}`);
     this.expected = said.expected ?? "";
@@ -62,9 +65,9 @@ export class Connection {
       });
     listen("state", (said) => this.listener.state(said));
     listen("frame", (said) => this.listener.frame(said.number));
-    listen("controls", (said) => {
-      if (!said.mine) sessionStorage.removeItem(keyName);
-      this.listener.controls(said);
+    listen("controls", ({ controls }) => {
+      if (!controls.mine) sessionStorage.removeItem(keyName);
+      this.listener.controls(controls);
     });
     stream.addEventListener("error", () => {
       if (this.stream === stream) this.lose(attempt);

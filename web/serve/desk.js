@@ -22,7 +22,8 @@ export const desk = {
   n_states: 0,
 };
 
-/** The job that is open. @returns {any} */
+/** The job that is open.
+ * @returns {any} */
 export const job = () => desk.state?.job;
 
 /** Calls for everything that has changed to be shown. */
@@ -47,7 +48,10 @@ export const connection = new Connection({
   },
 });
 
-/** @param {() => void} all @param {(number: number) => void} frame */
+/**
+ * @param {() => void} all
+ * @param {(number: number) => void} frame
+ */
 export function openDesk(all, frame) {
   show = all;
   showFrame = frame;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The job: from the choice of a program over its targets to the verdict and the program that is written.
-import { chip, element } from "../base/dom.js";
+import { chip, element, english } from "../base/dom.js";
 import { fixed, micrometres, place, secondsOf, timeText, whole } from "../base/format.js";
-import { word, wordOf } from "../base/words.js";
+import { language, word, wordOf } from "../base/words.js";
 import { panelArrows } from "../figures/panel_arrows.js";
-import { act, actionButton, command, connection, desk, field, fieldValue, form, isMine, job } from "./desk.js";
+import { act, actionButton, command, connection, desk, field, fieldValue, form, isMine, job, part } from "./desk.js";
 
 const stateChips = { checked: "plain", measuring: "suspect", asking: "refused", done: "good", held: "refused", failed: "refused",
   stopped: "suspect", resumable: "suspect" };
@@ -12,9 +12,13 @@ const targetChips = { waiting: "plain", looking: "suspect", found: "good", skipp
 /** Residuals of fewer targets than this say nothing on a map. */
 const fewestArrows = 2;
 
-/** What a job has left behind, in a window of its own. @param {string} name @param {import("../base/dom.js").Child} text */
+/**
+ * What a job has left behind, in a window of its own.
+ * @param {string} name
+ * @param {import("../base/dom.js").Child} text
+ */
 function jobLink(name, text) {
-  return element("a", { href: `api/jobs/${encodeURIComponent(job().id)}/${name}`, target: "_blank", rel: "noopener" }, text);
+  return element("a", { href: `api/jobs/${encodeURIComponent(job().id)}/${name}?language=${language()}`, target: "_blank", rel: "noopener" }, text);
 }
 
 /** Programs of the folder, and one from this device. */
@@ -49,7 +53,7 @@ function jobButtons() {
   const { state, findings: found = [] } = job();
   const may = {
     start: state === "checked" && !found.some((one) => one.severity === "error"),
-    resume: state === "resumable",
+    resume: ["stopped", "failed", "resumable"].includes(state),
     stop: state === "measuring",
     close: ["checked", "done", "held", "failed", "stopped", "resumable"].includes(state),
   };
@@ -58,10 +62,15 @@ function jobButtons() {
     actionButton(order, word(`serve_order_${order}`), () => command({ do: order }))));
 }
 
+/** Targets that are found or left out. */
+export function n_decided() {
+  return job()?.targets.filter((one) => ["found", "skipped"].includes(one.status)).length ?? 0;
+}
+
 export function jobPart() {
   if (!job()) return null;
   const { program, state, targets = [], again } = job();
-  const done = targets.filter((one) => ["found", "skipped"].includes(one.status)).length;
+  const done = n_decided();
   return [element("h2", {}, program, " ", chip(stateChips[/** @type {keyof typeof stateChips} */ (state)] ?? "plain", wordOf("serve_job", state))),
     targets.length > 0 && state !== "checked" && element("progress", { max: targets.length, value: done, "aria-label": word("targets") }),
     element("p", {}, word("serve_progress", { done: whole(done), all: whole(targets.length) }),
@@ -71,7 +80,8 @@ export function jobPart() {
     (state === "checked" || job().findings?.length > 0) && findings()];
 }
 
-/** A target in the list: what became of it, by whom. @param {any} target */
+/** A target in the list: what became of it, by whom.
+ * @param {any} target */
 function targetRow(target) {
   const { seq, status, residual_um: residual, sigma_um: sigma, reason, by, who, when } = target;
   const path = target.path?.length ? `, ${word("board")} [${target.path.join(",")}]` : "";
@@ -86,16 +96,47 @@ function targetRow(target) {
     reason && element("span", { class: "reason", lang: "en" }, reason));
 }
 
-export function targetsPart() {
+function seriesPart() {
   const { targets = [], series = [] } = job() ?? {};
   if (targets.length === 0) return null;
-  return [element("h2", {}, word("targets")),
-    series.some((one) => one.is_fitted) && element("ul", { class: "messages" },
-      series.filter((one) => one.is_fitted).map((one) => element("li", {},
-        chip(one.is_accepted ? "good" : "refused", word(one.is_accepted ? "pass" : "fail")), ` ${word("line")} ${one.line}`,
-        one.path?.length > 0 && ` [${one.path.join(",")}]`, ", ", word("n_targets", { n: one.n_targets }), ": ",
-        element("span", { lang: "en" }, one.words)))),
-    element("ol", { class: "targets" }, targets.map(targetRow))];
+  const fitted = series.filter((one) => one.is_fitted);
+  return [element("h2", {}, word("targets")), fitted.length > 0 && element("ul", { class: "messages" }, fitted.map((one) => element("li", {},
+    chip(one.is_accepted ? "good" : "refused", word(one.is_accepted ? "pass" : "fail")), ` ${word("line")} ${one.line}`,
+    one.path?.length > 0 && ` [${one.path.join(",")}]`, ", ", word("n_targets", { n: one.n_targets }), ": ", english(one.words))))];
+}
+
+/** The list of targets. A job may have thousands: a row is made anew only when its target has changed. */
+export function targetsPart() {
+  const head = part(element("div"), () => [job()?.id, job()?.targets?.length, job()?.series], seriesPart);
+  const rows = element("ol", { class: "targets" });
+  /** @type {string[]} */
+  let shown = [];
+  const show = () => {
+    head.show();
+    const { id, targets = [] } = job() ?? {};
+    const now = targets.map((one) => JSON.stringify([language(), id, one]));
+    now.forEach((key, i) => {
+      if (key === shown[i]) return;
+      const row = targetRow(targets[i]);
+      if (i < shown.length) rows.children[i].replaceWith(row);
+      else rows.append(row);
+      // What is looked for now is seen without scrolling the page.
+      if (targets[i].status === "looking") rows.scrollTop = row.offsetTop - rows.offsetTop - rows.clientHeight / 2;
+    });
+    while (rows.childElementCount > now.length) rows.lastChild?.remove();
+    shown = now;
+    node.hidden = now.length === 0;
+  };
+  const node = element("section", { id: "targets" }, head.node, rows);
+  return { node, show };
+}
+
+/** Of a large job the map follows in this many steps. */
+const mapSteps = 100;
+
+/** How far the map has to follow. */
+export function mapStep() {
+  return Math.floor(n_decided() / Math.max(1, (job()?.targets.length ?? 0) / mapSteps));
 }
 
 /** The panel with its targets: residuals as arrows, crosses where one is missing or still to come. */

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the camera sees now: the picture with search window, outline, centre and candidates. A person points at
-// places of it, in picture px: the centre of the top left pixel is (0, 0), y runs down.
+// places of it, in px of the camera: the centre of the top left pixel is (0, 0), y runs down.
 import { element, meter } from "../base/dom.js";
 import { fixed, percent, place } from "../base/format.js";
 import { word } from "../base/words.js";
@@ -21,12 +21,14 @@ const fineStep_px = 0.25;
 const halfAxes = (ellipse) => ellipse.axes_px.map((/** @type {number} */ sigma_px) => ellipse95 * sigma_px);
 
 export class LivePicture {
-  /** @param {{search: (at_px: Pixel) => void, jog: (way: [number, number]) => void, changed: () => void, place: () => void}} asked */
+  /** @param {{answer: (choice: "search" | "hand", at_px: Pixel) => void, jog: (way: [number, number]) => void, changed: () => void}} asked */
   constructor(asked) {
     this.asked = asked;
-    /** What a click means: nothing, a new place to search, or the place of the target. @type {"" | "search" | "hand"} */
+    /** What a click means: nothing, a new place to search, or the place of the target.
+     * @type {"" | "search" | "hand"} */
     this.mode = "";
-    /** Where the target is placed by hand. @type {Pixel | null} */
+    /** Where the target is placed by hand.
+     * @type {Pixel | null} */
     this.cross_px = null;
     /** @type {HTMLImageElement | null} */
     this.image = null;
@@ -34,6 +36,11 @@ export class LivePicture {
     this.shown = -1;
     this.newest = -1;
     this.isLoading = false;
+    /** Pixels of the camera that one of the picture has along each side: large ones are sent smaller. */
+    this.factor = 1;
+    /** Size of the camera's picture, px. */
+    this.across = this.up = 1;
+    /** On the page: its px for one of the camera, and where the picture begins. */
     this.scale = 1;
     this.left = 0;
     this.canvas = element("canvas", { id: "picture", role: "img", tabindex: 0,
@@ -46,9 +53,8 @@ export class LivePicture {
   /** @param {"" | "search" | "hand"} mode */
   choose(mode) {
     this.mode = this.mode === mode ? "" : mode;
-    const { width_px, height_px } = desk.state.view;
     // To where the stage has brought it.
-    this.cross_px = this.mode === "hand" ? [(width_px - 1) / 2, (height_px - 1) / 2] : null;
+    this.cross_px = this.mode === "hand" ? [(this.across - 1) / 2, (this.up - 1) / 2] : null;
     if (this.mode) this.canvas.focus();
     this.redraw();
     this.asked.changed();
@@ -68,18 +74,18 @@ export class LivePicture {
       } catch {
         break;
       }
+      const isFirst = this.image === null;
       this.image = image;
       this.shown = wanted;
       this.redraw();
-      this.asked.changed();
+      if (isFirst) this.asked.changed();
     }
     this.isLoading = false;
   }
 
-  /** The picture is of where the stage is now. */
-  isOfNow() {
-    const { view } = desk.state ?? {};
-    return Boolean(view && this.image && desk.condition === "open" && this.shown >= view.frame);
+  /** A place may be pointed at: the server knows by the number of the picture whether the stage has moved since. */
+  isLive() {
+    return Boolean(desk.state?.view && this.image && desk.condition === "open");
   }
 
   /** @param {Pixel} at_px @returns {Pixel} css px of the canvas */
@@ -89,25 +95,25 @@ export class LivePicture {
 
   /** @param {PointerEvent} event */
   press(event) {
-    const { image } = this, box = this.canvas.getBoundingClientRect();
-    if (!image || !this.mode || !this.isOfNow()) return;
+    const box = this.canvas.getBoundingClientRect();
+    if (!this.mode || !this.isLive()) return;
     // The canvas has whole pixels, its place on the page may be a fraction wider.
     const x = (event.clientX - box.left) * this.canvas.clientWidth / box.width, y = event.clientY - box.top;
     const at = /** @type {Pixel} */ ([(x - this.left) / this.scale - 0.5, y / this.scale - 0.5]);
-    if (at[0] < -0.5 || at[1] < -0.5 || at[0] > image.naturalWidth - 0.5 || at[1] > image.naturalHeight - 0.5) return;
-    if (this.mode === "search") this.asked.search(at);
+    if (at[0] < -0.5 || at[1] < -0.5 || at[0] > this.across - 0.5 || at[1] > this.up - 0.5) return;
+    if (this.mode === "search") this.asked.answer("search", at);
     else this.moveCross(at);
   }
 
   /** @param {Pixel} at_px */
   moveCross([x, y]) {
-    const { width_px, height_px } = desk.state.view;
-    this.cross_px = [Math.min(width_px - 1, Math.max(0, x)), Math.min(height_px - 1, Math.max(0, y))];
+    this.cross_px = [Math.min(this.across - 1, Math.max(0, x)), Math.min(this.up - 1, Math.max(0, y))];
     this.redraw();
     this.asked.changed();
   }
 
-  /** Arrows move the cross by a fraction of a pixel (with Shift by ten), or else the stage. @param {KeyboardEvent} event */
+  /** Arrows move the cross by a fraction of a pixel (with Shift by ten), or else the stage.
+   * @param {KeyboardEvent} event */
   key(event) {
     const way = arrowKeys[event.key], cross = this.cross_px;
     if (way && cross) {
@@ -115,8 +121,8 @@ export class LivePicture {
       this.moveCross([cross[0] + step * way[0], cross[1] - step * way[1]]);
     } else if (way) {
       this.asked.jog(way);
-    } else if (event.key === "Enter" && cross && this.isOfNow()) {
-      this.asked.place();
+    } else if (event.key === "Enter" && cross && this.isLive()) {
+      this.asked.answer("hand", cross);
     } else {
       return;
     }
@@ -125,25 +131,28 @@ export class LivePicture {
 
   draw() {
     const { canvas, image } = this, { view } = desk.state ?? {}, width = canvas.clientWidth;
-    const [across, up] = image ? [image.naturalWidth, image.naturalHeight] : [4, 3];
-    this.scale = Math.min(width / across, Math.max(240, 0.66 * innerHeight) / up);
-    this.left = (width - this.scale * across) / 2;
-    const context = preparedContext(canvas, width, Math.round(this.scale * up));
+    const size = image ? [image.naturalWidth, image.naturalHeight] : [4, 3];
+    this.factor = image && view ? Math.max(1, Math.round(view.width_px / image.naturalWidth)) : 1;
+    [this.across, this.up] = size.map((side) => this.factor * side);
+    this.scale = Math.min(width / this.across, Math.max(240, 0.66 * innerHeight) / this.up);
+    this.left = (width - this.scale * this.across) / 2;
+    const shown = [this.scale * this.across, this.scale * this.up];
+    const context = preparedContext(canvas, width, Math.round(shown[1]));
     context.fillStyle = "#000";
-    context.fillRect(this.left, 0, this.scale * across, this.scale * up);
+    context.fillRect(this.left, 0, shown[0], shown[1]);
     const label = [word("serve_live"), this.mode && word(this.mode === "search" ? "serve_click_search" : "serve_click_hand")];
     canvas.setAttribute("aria-label", label.filter(Boolean).join(". "));
-    canvas.classList.toggle("aimed", Boolean(this.mode) && this.isOfNow());
+    canvas.classList.toggle("aimed", Boolean(this.mode) && this.isLive());
     if (image) {
       context.globalAlpha = desk.condition === "open" ? 1 : 0.35;
-      context.drawImage(image, this.left, 0, this.scale * across, this.scale * up);
+      context.drawImage(image, this.left, 0, shown[0], shown[1]);
       context.globalAlpha = 1;
       canvas.dataset.frame = String(this.shown);
     }
     if (image && view && desk.condition === "open") this.drawFindings(context, view);
     if (image && this.cross_px) this.drawLoupe(context, image);
     const said = !image ? word("serve_no_picture_yet") : desk.condition !== "open" ? word("serve_old_picture") : "";
-    this.drawWords(context, said, width / 2, this.scale * up / 2, "center");
+    this.drawWords(context, said, width / 2, shown[1] / 2, "center");
   }
 
   /**
@@ -175,8 +184,8 @@ export class LivePicture {
       context.moveTo(x, y - arm);
       context.lineTo(x, y + arm);
     };
-    line(ink.middle, () => cross([(view.width_px - 1) / 2, (view.height_px - 1) / 2], 16));
-    if (view.search) line(ink.search, () => ring(view.search.at_px, view.search.radius_px), [7, 5]);
+    line(ink.middle, () => cross([(this.across - 1) / 2, (this.up - 1) / 2], 16));
+    if (view.search?.radius_px) line(ink.search, () => ring(view.search.at_px, view.search.radius_px), [7, 5]);
     if (view.outline_px?.length > 1) {
       line(ink.found, () => {
         for (const at_px of view.outline_px) context.lineTo(...this.point(at_px));
@@ -203,13 +212,13 @@ export class LivePicture {
    * @param {HTMLImageElement} image
    */
   drawLoupe(context, image) {
-    const [x_px, y_px] = /** @type {Pixel} */ (this.cross_px), across = this.scale * image.naturalWidth;
-    const side = loupe.share * across, seen_px = side / this.scale / loupe.times;
-    const x = x_px > image.naturalWidth / 2 ? this.left : this.left + across - side;
+    const [x_px, y_px] = /** @type {Pixel} */ (this.cross_px), { factor } = this, width = this.scale * this.across;
+    const side = loupe.share * width, seen = side / this.scale / loupe.times / factor;
+    const x = x_px > this.across / 2 ? this.left : this.left + width - side;
     context.imageSmoothingEnabled = false;
     context.fillStyle = "#000";
     context.fillRect(x, 0, side, side);
-    context.drawImage(image, x_px + 0.5 - seen_px / 2, y_px + 0.5 - seen_px / 2, seen_px, seen_px, x, 0, side, side);
+    context.drawImage(image, (x_px + 0.5) / factor - seen / 2, (y_px + 0.5) / factor - seen / 2, seen, seen, x, 0, side, side);
     context.strokeStyle = ink.cross;
     context.lineWidth = 1;
     context.strokeRect(x, 0, side, side);
@@ -250,6 +259,6 @@ export function pictureFacts() {
       element("span", {}, percent(share, 0)));
   const ellipse = view.ellipse && magnificationOf(halfAxes(view.ellipse)[0], view.width_px);
   return [element("div", { class: "bars" }, bar("contrast", view.contrast), bar("focus", view.sharpness)),
-    element("p", { class: "quiet" }, view.place_mm && word("serve_place", { place: place(view.place_mm) }),
+    element("p", { class: "quiet" }, view.um_per_px > 0 && word("serve_place", { place: place(view.place_mm) }),
       ellipse > 0 && ` ${word("ellipse_note", { magnified: fixed(ellipse, 0) })}`)];
 }

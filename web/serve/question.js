@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A target that was not found or is rejected: the job waits, and a person decides how it goes on.
-import { element, rowList } from "../base/dom.js";
+import { element, english, rowList } from "../base/dom.js";
 import { fixed, millimetres } from "../base/format.js";
 import { word, wordOf } from "../base/words.js";
 import { actionButton, command, desk, field, fieldValue, isMine, job } from "./desk.js";
@@ -16,25 +16,27 @@ function question() {
   return isMine() ? job()?.question : undefined;
 }
 
-/** @param {string} choice @param {Record<string, unknown>} [more] */
+/**
+ * @param {string} choice
+ * @param {Record<string, unknown>} [more]
+ */
 function answer(choice, more = {}) {
   return command({ do: "answer", question: question().id, choice, ...more });
 }
 
-/** @param {number[]} at_px */
-const rounded = (at_px) => at_px.map((one) => Math.round(1e3 * one) / 1e3);
-
-/** @param {[number, number]} at_px */
-export function searchAt(at_px) {
-  if (question()?.choices.includes("search")) answer("search", { at_px: rounded(at_px) });
+/**
+ * Answers with a place of the picture that is shown.
+ * @param {LivePicture} picture
+ * @param {"search" | "hand"} choice
+ * @param {[number, number]} at_px
+ */
+export function answerAt(picture, choice, at_px) {
+  if (!question()?.choices.includes(choice)) return;
+  answer(choice, { at_px: at_px.map((one) => Math.round(1e3 * one) / 1e3), frame: picture.shown });
 }
 
-/** @param {LivePicture} picture */
-export function placeByHand(picture) {
-  if (picture.cross_px && question()?.choices.includes("hand")) answer("hand", { at_px: rounded(picture.cross_px) });
-}
-
-/** Moves the stage by one step. @param {[number, number]} way */
+/** Moves the stage by one step.
+ * @param {[number, number]} way */
 export function jog([x, y]) {
   if (question()) command({ do: "jog", by_mm: [x * jogStep_mm, y * jogStep_mm] });
 }
@@ -42,14 +44,15 @@ export function jog([x, y]) {
 /** Look again, as it is or in another light. */
 function lookAgain() {
   const { view } = desk.state;
-  const lights = /** @type {const} */ (["lamp", "exposure"]).filter((name) => typeof view?.[name] === "number");
+  // Without a value the lamp stays as it is; few cameras set their exposure.
+  const lights = /** @type {const} */ (["lamp", "exposure"]).filter((name) => name === "lamp" || typeof view?.[name] === "number");
   const again = () => {
-    const chosen = lights.map((name) => [name, Number(fieldValue(`light-${name}`))])
-      .filter(([name, value]) => Number.isFinite(value) && value !== view[name]);
-    answer("again", Object.fromEntries(chosen));
+    const chosen = lights.map((name) => [name, fieldValue(`light-${name}`)])
+      .filter(([name, value]) => value !== "" && Number(value) !== view?.[name]);
+    answer("again", Object.fromEntries(chosen.map(([name, value]) => [name, Number(value)])));
   };
   return [actionButton("again", word("serve_choice_again"), again),
-    lights.map((name) => field(`light-${name}`, word(`serve_light_${name}`), { type: "number", min: 0, step: "any", value: view[name] }))];
+    lights.map((name) => field(`light-${name}`, word(`serve_light_${name}`), { type: "number", min: 0, step: "any", value: view?.[name] }))];
 }
 
 /** @param {LivePicture} picture */
@@ -73,7 +76,7 @@ function jogPad(picture) {
 
 /** @param {LivePicture} picture */
 function choices(picture) {
-  const { choices: offered, candidates = [] } = question();
+  const { choices: offered, candidates = [] } = question(), cross = picture.cross_px;
   const has = (/** @type {string} */ choice) => offered.includes(choice);
   const aim = (/** @type {"search" | "hand"} */ mode, /** @type {import("../base/words.js").WordKey} */ text) => has(mode) &&
     element("button", { type: "button", id: `aim-${mode}`, "aria-pressed": String(picture.mode === mode), onclick: () => picture.choose(mode) }, word(text));
@@ -85,21 +88,21 @@ function choices(picture) {
       actionButton(`candidate-${i}`, word("serve_accept", { n: i + 1, score: fixed(one.score, 2) }), () => answer("candidate", { index: i })))),
     element("div", { class: "controls" }, aim("search", "serve_choice_search"), aim("hand", "serve_choice_hand")),
     picture.mode && element("p", {}, word(picture.mode === "search" ? "serve_click_search" : "serve_click_hand")),
-    picture.cross_px && element("div", { class: "controls" }, actionButton("place", word("serve_place_here", {
-      x: fixed(picture.cross_px[0], 2), y: fixed(picture.cross_px[1], 2) }), () => placeByHand(picture),
-    picture.isOfNow() ? {} : { disabled: true })),
+    cross && element("div", { class: "controls" }, actionButton("place", word("serve_place_here", { x: fixed(cross[0], 2),
+      y: fixed(cross[1], 2) }), () => answerAt(picture, "hand", cross))),
     jogPad(picture),
     element("div", { class: "controls" }, plain("skip"), plain("leave_board_out"), plain("stop")),
   ];
 }
 
-/** The part of the screen that asks. @param {LivePicture} picture */
+/** The part of the screen that asks.
+ * @param {LivePicture} picture */
 export function questionPart(picture) {
   if (!job()?.question) return null;
   const { seq, reason, why_not: whyNot = {} } = job().question, target = job().targets.find((one) => one.seq === seq);
   return [
-    element("h2", { role: "alert" }, word("serve_question", { seq, line: target?.line ?? "" }), " ", element("span", { lang: "en" }, reason)),
+    element("h2", { role: "alert" }, word("serve_question", { seq, line: target?.line ?? "" }), " ", english(reason)),
     isMine() ? choices(picture) : element("p", {}, word("serve_question_elsewhere")),
-    rowList(Object.entries(whyNot ?? {}).map(([choice, why]) => [wordOf("serve_choice", choice), element("span", { lang: "en" }, why)]), "quiet"),
+    rowList(Object.entries(whyNot ?? {}).map(([choice, why]) => [wordOf("serve_choice", choice), english(why)]), "quiet"),
   ];
 }

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The operator's screen. It shows what the server says, and sends what the person who has the controls wants.
-import { element } from "../base/dom.js";
+import { element, english } from "../base/dom.js";
 import { language, speak, word } from "../base/words.js";
 import { calibrationPart, historyPart } from "./calibration.js";
 import { act, actionButton, connection, desk, field, fieldValue, form, isMine, job, openDesk, part } from "./desk.js";
-import { jobPart, panelPart, programsPart, targetsPart, verdictPart } from "./job.js";
+import { jobPart, mapStep, n_decided, panelPart, programsPart, targetsPart, verdictPart } from "./job.js";
 import { LivePicture, pictureFacts } from "./live_picture.js";
-import { jog, placeByHand, questionPart, searchAt } from "./question.js";
+import { answerAt, jog, questionPart } from "./question.js";
 
-const picture = new LivePicture({ search: searchAt, jog, changed: () => showAll(), place: () => placeByHand(picture) });
+const picture = new LivePicture({ answer: (choice, at_px) => answerAt(picture, choice, at_px), jog, changed: () => showAll() });
 
 /** The loss of the connection, a token that is asked for, what was refused. */
 function noticePart() {
@@ -34,7 +34,7 @@ function headPart() {
     speak(language() === "de" ? "en" : "de");
     showAll();
   };
-  return [element("h1", {}, element("b", {}, machine), " ", element("span", { lang: "en" }, source), ` \u00b7 panelcal ${panelcal}`),
+  return [element("h1", {}, element("b", {}, machine), " ", english(source), ` \u00b7 panelcal ${panelcal}`),
     element("button", { type: "button", id: "language", onclick: turn }, word("language_switch")),
     desk.condition === "locked" ? null : controlsText()];
 }
@@ -53,12 +53,17 @@ function controlsText() {
     element("button", { class: "action", id: "do-take" }, holder ? word("serve_take_from", { name: holder }) : word("serve_take")));
 }
 
-/** @param {string} id @param {() => any[]} depends @param {() => import("../base/dom.js").Child} make @param {string} [className] */
+/**
+ * @param {string} id
+ * @param {() => any[]} depends
+ * @param {() => import("../base/dom.js").Child} make
+ * @param {string} [className]
+ */
 function panel(id, depends, make, className = "") {
   return part(element("section", { id, class: className, hidden: true }), () => [isMine(), ...depends()], () => desk.state && make());
 }
 
-const aimed = () => [picture.mode, picture.cross_px, picture.isOfNow()];
+const aimed = () => [picture.mode, picture.cross_px, picture.isLive()];
 const light = () => [desk.state?.view?.lamp, desk.state?.view?.exposure, desk.state?.view?.jog_mm];
 
 const head = part(element("header"), () => [desk.state?.machine, desk.state?.source, desk.controls, desk.condition, isMine()], headPart);
@@ -68,11 +73,11 @@ const parts = {
   head, notice, view,
   question: panel("question", () => [job()?.question, job()?.targets?.length, ...aimed(), ...light()], () => questionPart(picture)),
   verdict: panel("verdict", () => [job()?.id, job()?.verdict, job()?.outputs, job()?.has_report], verdictPart, "verdict"),
-  job: panel("job", () => [{ ...job(), question: null, view: null }], jobPart),
+  job: panel("job", () => [{ ...job(), targets: job()?.targets.length, series: null, question: null }, n_decided()], jobPart),
   programs: panel("programs", () => [desk.state?.programs, job()?.id], programsPart),
-  targets: panel("targets", () => [job()?.id, job()?.targets, job()?.series], targetsPart),
-  panel: panel("panel", () => [job()?.targets], panelPart),
-  calibration: panel("calibration", () => [desk.state?.calibration, desk.state?.kinds, job()?.state], calibrationPart),
+  targets: targetsPart(),
+  panel: panel("panel", () => [job()?.id, job()?.state, job()?.targets?.length, mapStep()], panelPart),
+  calibration: panel("calibration", () => [desk.state?.calibration, desk.state?.history, job()?.state], calibrationPart),
   history: panel("history", () => [desk.state?.history, job()?.state, desk.state?.calibration?.state], historyPart),
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A calibration made by hand: its values, what became of it, its residuals, and the map of a table.
-import { element, section, table, tile } from "../base/dom.js";
+import { element, english, rowList, section, table, tile } from "../base/dom.js";
 import { absolute, amount, fixed, micrometres, millimetres, place, probability, secondsOf, shortest, timeText, whole } from "../base/format.js";
 import { greatestSigma } from "../base/leverage.js";
 import { word, wordOf } from "../base/words.js";
@@ -14,8 +14,8 @@ const calibrationVerdicts = { refused: " hold", measured: " forced" };
 
 /** @param {string} key its end is the unit @param {any} value */
 function calibrationValue(key, value) {
-  if (Array.isArray(value) && typeof value[0] === "string") return value.map((one) => element("div", {}, one));
-  if (typeof value === "string") return value;
+  if (Array.isArray(value) && typeof value[0] === "string") return value.map((one) => element("div", { lang: "en" }, one));
+  if (typeof value === "string") return english(value);
   if (typeof value === "boolean") return word(value ? "calibration_yes" : "calibration_no");
   if (key.endsWith("chance")) return probability(value);
   if (key === "before_mm") return place(value);
@@ -27,10 +27,10 @@ function calibrationValue(key, value) {
 /** Figures of the fit: what is no list and no object of its own.
  * @param {any} part */
 function calibrationRows(part) {
-  const isRow = (value) => value !== null && value !== "" &&
+  const isRow = (/** @type {any} */ value) => value !== null && value !== "" &&
     (typeof value !== "object" || (Array.isArray(value) && value.length > 0 && typeof value[0] !== "object"));
-  return element("dl", { class: "rows" }, Object.entries(part).filter(([, value]) => isRow(value)).map(([key, value]) =>
-    [element("dt", {}, wordOf("calibration_row", key)), element("dd", {}, calibrationValue(key, value))]));
+  return rowList(Object.entries(part).filter(([, value]) => isRow(value)).map(([key, value]) =>
+    [wordOf("calibration_row", key), calibrationValue(key, value)]), "");
 }
 
 /** @param {any} facts */
@@ -104,7 +104,7 @@ export const calibrationView = {
     const lists = ["gates", "trend_over_coupon", "trend_over_picture", "samples", "aliases", "missed", "pictures_left_out"];
     return element("div", {}, element("h1", {}, document.title, " ", element("b", {}, facts.machine)),
       element("div", { class: `verdict${kind}` },
-        element("p", {}, element("b", {}, wordOf("calibration_verdict", facts.verdict)), facts.objection ? `: ${facts.objection}` : ""),
+        element("p", {}, element("b", {}, wordOf("calibration_verdict", facts.verdict)), facts.objection ? [": ", english(facts.objection)] : ""),
         element("dl", { class: "tiles" }, tile(word("history_time"), timeText(secondsOf(facts.time)), facts.kind),
           facts.ledger_entry ? tile(word("history_entry"), whole(facts.ledger_entry), "") : null)),
       facts.parameters.length > 0 ? calibratedValues(facts) : null,
@@ -113,8 +113,6 @@ export const calibrationView = {
         curve: part.curve.map((/** @type {number[]} */ [z_mm, sharpness]) => ({ z_mm, sharpness })) })) : null,
       section("figures", word("calibration_figures"), calibrationRows(part)), lists.map((key) => calibrationList(part, key)),
       part.change ? differencePage(part.change) : null,
-      section("origin", word("origin"), element("dl", { class: "rows" },
-        [...Object.entries(facts.provenance), ...facts.inputs.map((input) => [input.name, input.sha256])].map(([key, value]) =>
-          [element("dt", {}, key), element("dd", { class: "mono" }, value)]))));
+      section("origin", word("origin"), rowList([...Object.entries(facts.provenance), ...facts.inputs.map((input) => [input.name, input.sha256])])));
   },
 };

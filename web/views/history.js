@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pages of a ledger: its entries over time, one entry, and what a change of calibration does to a job.
 import { chip, element, number, rowList, section, table, tile, unfolding } from "../base/dom.js";
-import { absolute, amount, fixed, micrometres, place, secondsOf, timeText, whole } from "../base/format.js";
+import { absolute, amount, fixed, micrometres, minuteText, place, secondsOf, timeText, whole } from "../base/format.js";
 import { word, wordOf } from "../base/words.js";
 import { chart, chartLegend } from "../figures/chart.js";
 import { nightsChart, nightsLegend } from "../figures/nights.js";
@@ -43,7 +43,7 @@ function entriesBySubject(entries) {
 }
 
 function entryLines(entry) {
-  return [`${timeText(secondsOf(entry.time))} UTC`, subjectOf(entry),
+  return [minuteText(entry.time), subjectOf(entry),
     word("chart_entry", { state: wordOf("history_verdict", entry.verdict), entry: entry.id }),
     word("chart_who", { who: entry.asked_by }), entry.reason].filter(Boolean);
 }
@@ -109,7 +109,7 @@ function entriesTable(entries) {
 /** All of one entry. */
 function entrySection(entry) {
   /** @type {[import("../base/words.js").WordKey, any][]} */
-  const rows = [["history_time", `${timeText(secondsOf(entry.time))} UTC`], ["asked_by", entry.asked_by],
+  const rows = [["history_time", minuteText(entry.time)], ["asked_by", entry.asked_by],
     ["night_made_by", entry.software], ["history_reason", entry.reason],
     ["night_temperature", entry.temperature_degC === null ? "" : `${fixed(entry.temperature_degC, 1)}\u00a0\u00b0C`],
     ["history_replaces", entry.replaces], ["history_restores", entry.restores], ["history_hash", entry.hash],
@@ -165,7 +165,7 @@ function jobSection(job) {
     word("history_arrows", { shown: whole(job.sample.length), all: whole(job.places) }),
     job.uniform ? "" : ` ${word("history_arrows_worst")}`),
     job.rout_moves_left_out ? element("p", { class: "quiet" }, word("history_no_routs")) : null,
-    job.notes.map((/** @type {string} */ note) => element("p", { class: "quiet text" }, note)));
+    job.notes.map((/** @type {string} */ note) => element("p", { class: "quiet text", lang: "en" }, note)));
 }
 
 function verifySection(verification) {

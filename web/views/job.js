@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The report of a job: verdict first, then the panel, the targets, the fits, and all that they rest on.
-import { chip, element, meter, number, rowList, section, table, tile } from "../base/dom.js";
+import { chip, element, english, meter, number, rowList, section, table, tile } from "../base/dom.js";
 import { word, wordOf } from "../base/words.js";
 import { fixed, micrometres, millimetres, percent, place, probability, shortest, whole } from "../base/format.js";
 import { jobMap } from "../figures/job_map.js";
@@ -39,7 +39,7 @@ function gateTiles(facts) {
 function placeTiles(facts) {
   const { places, truth } = facts;
   if (!places) return [tile(word("holes"), word("none_written"), word("was_refused"))];
-  const sigma = places.sigma_leaves_out ? [word("of_the_fit_only"), " ", element("span", { lang: "en" }, places.sigma_leaves_out)]
+  const sigma = places.sigma_leaves_out ? [word("of_the_fit_only"), " ", english(places.sigma_leaves_out)]
     : word("worst_direction");
   return [
     tile(word("holes"), whole(places.n_holes), facts.output === null ? word("was_held")
@@ -63,7 +63,7 @@ function riskTiles(facts) {
           probability(tolerance.worst_risk)])
       : tile(word("risk_of_breaking"),
         tolerance.basis === "bounded" ? word("at_least", { risk: probability(tolerance.worst_risk) }) : word("no_figure"),
-        [link("tolerance", word("why")), ": ", element("span", { lang: "en" }, tolerance.basis_words)])),
+        [link("tolerance", word("why")), ": ", english(tolerance.basis_words)])),
     depth && depth.n_judged > 0 && tile(word("depths_expected_broken"), probability(depth.expected_broken),
       [word("of_places", { n: whole(depth.n_judged) }), "; ", link("depth", word("worst_risk")), " ",
         probability(depth.worst_risk)]),
@@ -80,7 +80,7 @@ function firstScreen(facts) {
     element("div", { class: `verdict ${kind}` },
       element("div", { class: "top" }, element("div", { class: "word" }, `${mark} ${wordOf("verdict", facts.verdict.word)}`),
         element("p", { lang: "en" }, facts.verdict.grounds)),
-      element("p", { class: "next" }, element("b", {}, word("next")), " ", element("span", { lang: "en" }, facts.verdict.next)),
+      element("p", { class: "next" }, element("b", {}, word("next")), " ", english(facts.verdict.next)),
       element("dl", { class: "tiles" },
         facts.targets.length > 0 && [gateTiles(facts), tile(word("targets_found"),
           word("n_of_m", { n: facts.n_found, m: facts.targets.length }),
@@ -170,11 +170,11 @@ function measuredSections(facts) {
     calibrations.length > 0 && section("calibrations", word("calibrations"),
       element("p", { class: "text" }, word("calibrations_note")),
       table([number(word("line")), { title: word("order") }, { title: word("status_found") }],
-        calibrations.map((one) => [one.line, one.command, element("span", { lang: "en" }, one.text)]), "prose")),
+        calibrations.map((one) => [one.line, one.command, english(one.text)]), "prose")),
     focus.length > 0 && section("focus", word("focus"), element("div", { class: "figures" },
       focus.map((one) => focusCurve(one, `${word("line")} ${one.line}, ${place(one.expected_mm)}: `, one.is_found
         ? word("focused", { z: millimetres(one.z_mm, 4), sigma: micrometres(one.sigma_um, 1) })
-        : [element("b", {}, word("not_focused")), ` ${one.reason}`])))),
+        : [element("b", {}, word("not_focused")), " ", english(one.reason)])))),
     surface && section("surface", word("surface"),
       surface.use && element("p", { lang: "en" }, `${surface.use}.`), probesTable(surface)),
   ];
@@ -190,7 +190,7 @@ function probesTable(surface) {
     number(word("from_expected"))],
   [...surface.probes.map((probe) => [`#${probe.seq}`, `${probe.command}, ${lineText(probe)}`,
     probe.memory === null ? "" : `L${probe.memory}`, place(probe.nominal_mm),
-    ...(probe.is_found ? heights(probe.axes) : [[element("b", {}, word("status_not_found")), ` ${probe.reason}`], ...axes.slice(1).map(() => "")]),
+    ...(probe.is_found ? heights(probe.axes) : [[element("b", {}, word("status_not_found")), " ", english(probe.reason)], ...axes.slice(1).map(() => "")]),
     probe.is_found ? fixed(1e3 * (probe.axes[0].height_mm - probe.reference_mm), 1, { signed: true }) : ""]),
   ...surface.filled.map((node) => ["", [element("b", {}, word("not_probed")),
     `, ${wordOf("height", node.height_from)}: \u03c3 ${micrometres(node.axes[0]?.sigma_um, 1)}`], "", place(node.place_mm), ...heights(node.axes), ""])]);

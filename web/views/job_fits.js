@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The fits of a job: in words and numbers, with gates, models, causes and what targets would hide.
-import { chip, element, meter, number, table, unfolding } from "../base/dom.js";
+import { chip, element, english, meter, number, table, unfolding } from "../base/dom.js";
 import { word, wordOf } from "../base/words.js";
 import { fixed, place, probability, shortest, withSigma } from "../base/format.js";
 import { panelArrows } from "../figures/panel_arrows.js";
@@ -87,7 +87,7 @@ function fitSentence(one) {
 }
 
 function gatesTable(one) {
-  const limits = element("p", { class: "quiet" }, `${word("gates")}: `, element("span", { lang: "en" }, one.limits), ".");
+  const limits = element("p", { class: "quiet" }, `${word("gates")}: `, english(one.limits), ".");
   if (one.gates.length === 0) return limits;
   return [table([{ title: word("gate") }, number(word("value")), number(word("limit")),
     { title: "" }, { title: "" }],
@@ -138,7 +138,7 @@ function causesTable(one) {
   table([{ title: word("cause") }, { title: word("evidence") }, number(word("probability"))],
     fault.causes.map((cause) => [
       [wordOf("cause", cause.cause), cause.target !== null && [" ", targetLink(cause.target)]],
-      element("span", { lang: "en" }, cause.text), chance(cause.probability)]), "prose"),
+      english(cause.text), chance(cause.probability)]), "prose"),
   element("p", { class: "quiet" }, word("causes_note"))];
 }
 
@@ -192,7 +192,7 @@ function seriesBlock(one, facts, isOpen) {
     const assignment = one.assignment && element("p", { class: "text" },
       element("b", {}, word(one.assignment.is_certain ? "chosen_jointly" : "not_separable")), " ",
       word("candidates_that_count", { list: one.assignment.n_candidates.join(", ") }), " ",
-      element("span", { lang: "en" }, one.assignment.text), ".");
+      english(one.assignment.text), ".");
     return [element("div", { class: "columns" }, element("div", {}, text, one.fit && gatesTable(one), assignment),
       residualsPlan(one, facts.targets)), modelsTable(one), causesTable(one), leverageTable(one), one.fit && covarianceTable(one)];
   }, { class: "fit", open: isOpen || !one.is_accepted });

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The targets of a job: a card each, with pictures and numbers; those that need a look first.
-import { chip, element, number, table } from "../base/dom.js";
+import { chip, element, number, table, unfolding } from "../base/dom.js";
 import { word, wordOf } from "../base/words.js";
 import { fixed, place } from "../base/format.js";
 import { targetThumbnail, viewsPlan } from "../figures/target_picture.js";
 
 /** Up to this number of cards is shown unfolded. */
 const shownUnfolded = 24;
+/** Up to this number all are made, since links lead to them and they are printed. */
+const madeAtOnce = 500;
 
 export function boardText(target) {
   return target.board.length > 0 ? `, ${word("board")} [${target.board.join(",")}]` : "";
@@ -106,16 +108,7 @@ export function targetCards(facts, pictures) {
     const summary = [element("b", {}, i === null ? word("measured_holes") : seriesName(series[i])), " ",
       element("span", { class: "quiet" }, word("n_targets", { n: group.length }),
         residuals.length > 0 && `, ${word("largest_residual", { um: fixed(Math.max(...residuals), 2) })}`)];
-    const details = element("details", { open: targets.length <= shownUnfolded },
-      element("summary", {}, summary));
-    const fill = () => {
-      if (details.open && details.childElementCount === 1) details.append(cards(group));
-    };
-    details.addEventListener("toggle", fill);
-    // What links lead to, and what is printed, has to be there; many cards wait until they are opened.
-    if (targets.length <= 500) details.append(cards(group));
-    else fill();
-    out.push(details);
+    out.push(unfolding(summary, () => cards(group), { open: targets.length <= shownUnfolded }, targets.length <= madeAtOnce));
   }
   return out;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page of the morning: may the machine drill, what has moved, and every calibration of the night.
-import { chip, element, number, rowList, section, table, tile } from "../base/dom.js";
-import { absolute, amount, fixed, millimetres, place, secondsOf, timeText, whole } from "../base/format.js";
+import { chip, element, english, number, rowList, section, table, tile } from "../base/dom.js";
+import { absolute, amount, fixed, millimetres, minuteText, place, whole } from "../base/format.js";
 import { word, wordOf } from "../base/words.js";
 import { panelArrows } from "../figures/panel_arrows.js";
 import { chart } from "../figures/chart.js";
@@ -16,14 +16,9 @@ function stateChip(state) {
   return chip(stateKinds[/** @type {keyof typeof stateKinds} */ (state)] ?? "refused", wordOf("night_state", state));
 }
 
-/** @param {string} iso */
-function minuteText(iso) {
-  return `${timeText(secondsOf(iso))} UTC`;
-}
-
 /** @param {string[]} texts */
 function textList(texts) {
-  return texts.length ? element("ul", {}, texts.map((text) => element("li", {}, text))) : null;
+  return texts.length ? element("ul", { lang: "en" }, texts.map((text) => element("li", {}, text))) : null;
 }
 
 /**
@@ -32,7 +27,7 @@ function textList(texts) {
  */
 function checkList(rows) {
   return element("ul", { class: "messages" }, rows.map((row) =>
-    element("li", {}, chip(row.kind, row.state), " ", element("b", {}, row.name), " ", row.text)));
+    element("li", {}, chip(row.kind, row.state), " ", element("b", {}, english(row.name)), " ", english(row.text))));
 }
 
 /** What a person does next; empty if all is well. */
@@ -82,7 +77,7 @@ function nightVerdict(facts) {
   const said = facts.dry_run ? word("night_dry_run") : facts.may_drill ? word("verdict_drill") : word("verdict_hold");
   const next = nextStep(facts);
   return element("div", { class: `verdict${kind}` },
-    element("div", { class: "top" }, element("div", { class: "word" }, said), element("p", {}, facts.verdict)),
+    element("div", { class: "top" }, element("div", { class: "word" }, said), element("p", { lang: "en" }, facts.verdict)),
     next && element("p", { class: "next" }, element("b", {}, word("next")), " ", next),
     nightTiles(facts));
 }
@@ -144,13 +139,13 @@ function stepReasons(step) {
   const isSaid = (/** @type {string} */ reason) => step.summary.includes(reason);
   const reasons = step.decision && step.decision.verdict !== "install" ? step.decision.reasons : [];
   return [
-    step.problem && element("p", { class: "bad" }, step.problem.text),
+    step.problem && element("p", { class: "bad", lang: "en" }, step.problem.text),
     reasons.every(isSaid) ? null : textList(reasons),
-    step.alarms.map((/** @type {string} */ alarm) => element("p", { class: "bad" }, alarm)),
-    step.since_when && element("p", {}, step.since_when),
+    step.alarms.map((/** @type {string} */ alarm) => element("p", { class: "bad", lang: "en" }, alarm)),
+    step.since_when && element("p", { lang: "en" }, step.since_when),
     step.forecast.text && element("p", {}, element("b", {},
       // If tonight speaks against what is in force, the nights before it are no answer.
-      step.state === "hold" ? word("night_by_nights_before") : word("night_may_it_be_used")), " ", step.forecast.text),
+      step.state === "hold" ? word("night_by_nights_before") : word("night_may_it_be_used")), " ", english(step.forecast.text)),
   ];
 }
 
@@ -172,7 +167,7 @@ function smallPrint(step) {
   return [
     element("p", { class: "quiet" }, texts.filter(Boolean).join("; ")),
     step.fit_report.length ? element("details", {}, element("summary", {}, word("night_fit_in_full")),
-      element("pre", { class: "mono" }, step.fit_report.join("\n"))) : null,
+      element("pre", { class: "mono", lang: "en" }, step.fit_report.join("\n"))) : null,
   ];
 }
 
@@ -180,7 +175,7 @@ function smallPrint(step) {
 function nightStep(step, i, facts) {
   const gates = step.decision?.gates ?? [];
   return section(`step-${i + 1}`, element("span", {}, `${step.kind} ${step.subject} `, stateChip(step.state)),
-    step.summary && element("p", {}, step.summary), stepReasons(step), axesTable(step),
+    step.summary && element("p", { lang: "en" }, step.summary), stepReasons(step), axesTable(step),
     gates.length ? [element("h3", {}, word("gates")), checkList(gates.map((gate) => ({
       kind: gate.passed ? "good" : "refused", state: word(gate.passed ? "night_passed" : "history_verdict_refused"),
       name: gate.name, text: gate.text })))] : null,
@@ -231,7 +226,7 @@ export const nightView = {
       facts.steps.map((step, /** @type {number} */ i) => nightStep(step, i, facts)),
       warmUp && section("warm-up", element("span", {}, word("night_warm_up"), " ", warmUp.warm
         ? chip("good", word("night_warm")) : chip("refused", word("night_not_known"))),
-      element("p", {}, warmUp.text), warmUpChart(warmUp)),
+      element("p", { lang: "en" }, warmUp.text), warmUpChart(warmUp)),
       facts.checks.length ? section("self-test", word("night_self_test"), checkList(facts.checks.map(
         (check) => ({ kind: check.passed ? "good" : "refused",
           state: word(check.passed ? "night_passed" : "night_state_failed"), name: check.name, text: check.text })))) : null,

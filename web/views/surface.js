@@ -2,7 +2,7 @@
 // What `panelcal surface` states: a map of heights, the difference of two, or where to probe.
 import { colour, differenceColour } from "../base/colours.js";
 import { columnOf, wordsOf } from "../base/columns.js";
-import { element, rowList, section, table, tile, unfolding } from "../base/dom.js";
+import { element, english, rowList, section, table, tile, unfolding } from "../base/dom.js";
 import { fixed, micrometres, millimetres, percent, place, probability, whole, withSigma } from "../base/format.js";
 import { word } from "../base/words.js";
 import { fieldAt, fieldOf } from "../figures/field.js";
@@ -50,7 +50,7 @@ function zoneSection(facts, zone, i) {
   const heights = fieldOf(zone.field, zone.field.height_mm), sigmas = fieldOf(zone.field, zone.field.sigma_um);
   const all = { zone, facts, heights, sigmas };
   return section(`zone-${i}`, zone.name ? word("surface_zone", { name: zone.name }) : word("surface_whole"),
-    element("p", {}, element("b", {}, zone.summary)), element("p", { class: "quiet" }, `${zone.reason}.`), zoneTiles(zone),
+    element("p", { lang: "en" }, element("b", {}, zone.summary)), element("p", { class: "quiet", lang: "en" }, `${zone.reason}.`), zoneTiles(zone),
     element("div", { class: "figures" }, zoneFigure({ ...all, isHeights: true }), zoneFigure({ ...all, isHeights: false }),
       spaceFigure(zone, heights), residualFigure(zone)),
     element("p", { class: "quiet text" }, word("surface_map_text", { mm: millimetres(zone.max_extrapolation_mm, 1) })),
@@ -64,7 +64,7 @@ function zoneSection(facts, zone, i) {
  */
 function refusedSection(id, title, probes) {
   return probes.length === 0 ? null : section(id, word(title), table(columnsOf("probe", "surface_read_at", "surface_place", "why"),
-    probes.map((one) => [one.name, readAt(one), place(one.place_mm), one.reason])));
+    probes.map((one) => [one.name, readAt(one), place(one.place_mm), english(one.reason)])));
 }
 
 function mapPage(facts) {
@@ -115,7 +115,7 @@ function planPage(facts) {
   const sigma = (worst) => micrometres(worst.sigma_um, 2);
   return [element("h1", {}, word("surface_plan_title")),
     element("div", { class: `verdict ${facts.reached ? "" : "hold"}` },
-      element("p", {}, !facts.reached ? `${word("surface_plan_unreached", values)} ${facts.reason}` :
+      element("p", {}, !facts.reached ? [word("surface_plan_unreached", values), " ", english(facts.reason)] :
         word(stops.length > 0 ? "surface_plan_made" : "surface_plan_enough", values)),
       !facts.worst ? null : element("dl", { class: "tiles" },
         tile(word("surface_worst_planned"), sigma(facts.worst), `${place(facts.worst.at_mm)}${facts.before ? `; ${word("surface_before", { um: sigma(facts.before) })}` : ""}`),

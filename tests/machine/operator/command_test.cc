@@ -75,5 +75,17 @@ TEST(OperatorCommand, RefusesWhatIsNoCommand) {
   expect_refused("{\"do\":\"stop\",\"x\":\"" + std::string(70'000, 'x') + "\"}");
 }
 
+TEST(OperatorCommand, TakesNoNameThatCouldBecomeALineOfAProgram) {
+  const std::string longest(100, 'x');
+  for (const std::string& who : {std::string("J\xC3\xB6rg O'Neil"), longest}) {
+    EXPECT_TRUE(parse_command(R"({"do":"stop"})", who)) << who;
+  }
+  for (const std::string& who :
+       {std::string(), std::string("Anna\nX0Y0"), std::string("Anna\r"), longest + "x"}) {
+    EXPECT_FALSE(parse_command(R"({"do":"stop"})", who)) << who;
+  }
+  expect_refused(R"({"do":"roll_back","kind":"camera","to":1,"reason":"a\nb"})");
+}
+
 }  // namespace
 }  // namespace panelcal

@@ -11,47 +11,14 @@
 namespace panelcal::test {
 namespace {
 
-class StationTest : public ::testing::Test {
+class StationTest : public OperatedStation {
  protected:
   void SetUp() override {
-    write(folder_.path() / "machine.toml", small_config_text(""));
-    write_test_camera(folder_.path());
+    OperatedStation::SetUp();
     start();
     if (HasFatalFailure()) return;
     add("panel.exc", kSmallProgram);
   }
-
-  void start() {
-    auto station = Station::create(settings());
-    ASSERT_TRUE(station) << station.error().text();
-    station_ = *std::move(station);
-  }
-  StationSettings settings() const {
-    return {.machine_file = folder_.path() / "machine.toml",
-            .jobs_folder = folder_.path() / "jobs",
-            .camera = {},
-            .images = {},
-            .machine_driver = "sim",
-            .clock = fixed_clock(*from_iso_8601("2026-11-27T08:00:00Z"))};
-  }
-  void add(const std::string& name, std::string_view program) {
-    const auto added = station_->add_program(name, program);
-    ASSERT_TRUE(added) << added.error().text();
-  }
-  nlohmann::json screen() const { return nlohmann::json::parse(station_->state().json); }
-  void order(const std::string& json) {
-    const auto done = station_->command(json, "Anna");
-    EXPECT_TRUE(done) << json << ": " << done.error().text();
-  }
-  /// A refused command changes nothing.
-  void expect_refused(const std::string& json) {
-    const Station::State before = station_->state();
-    EXPECT_FALSE(station_->command(json, "Anna")) << json;
-    EXPECT_EQ(station_->state().json, before.json);
-  }
-
-  TemporaryFolder folder_;
-  std::unique_ptr<Station> station_;
 };
 
 TEST_F(StationTest, NeedsExactlyOneSource) {
@@ -61,6 +28,18 @@ TEST_F(StationTest, NeedsExactlyOneSource) {
   StationSettings neither = settings();
   neither.machine_driver.clear();
   EXPECT_FALSE(Station::create(neither));
+}
+
+TEST_F(StationTest, StatesNothingThatTheSchemaDoesNotName) {
+  nlohmann::json screen = this->screen();
+  EXPECT_EQ(screen_problem(screen), "");
+  screen["programs"][0]["colour"] = "red";
+  EXPECT_NE(screen_problem(screen), "");
+  screen["programs"][0].erase("colour");
+  screen["programs"][0]["size_bytes"] = -1;
+  EXPECT_NE(screen_problem(screen), "");
+  screen["programs"][0].erase("size_bytes");
+  EXPECT_NE(screen_problem(screen), "");
 }
 
 TEST_F(StationTest, ListsProgramsByName) {
@@ -132,6 +111,33 @@ TEST_F(StationTest, WakesWhoWaitsForAChange) {
   order(R"({"do":"open","program":"panel.exc"})");
   screen_thread.join();  // hangs if the change wakes no screen
   EXPECT_GT(station_->state().number, before.number);
+}
+
+/// A camera that shows recorded pictures.
+class WatchedStation : public OperatedStation {
+ protected:
+  void SetUp() override {
+    OperatedStation::SetUp();
+    take_pictures();
+    StationSettings settings = this->settings();
+    settings.camera = "folder:" + images_;
+    settings.images.clear();
+    auto station = Station::create(settings);
+    ASSERT_TRUE(station) << station.error().text();
+    station_ = *std::move(station);
+  }
+};
+
+TEST_F(WatchedStation, TakesLivePicturesWhileAScreenLooks) {
+  EXPECT_EQ(station_->frame(), nullptr);
+  station_->set_watched(true);
+  const nlohmann::json screen = wait_for([](const nlohmann::json& shown) {
+    return shown.contains("view") && shown["view"]["frame"] >= 3;
+  });
+  EXPECT_EQ(screen["view"]["width_px"], 280);
+  EXPECT_EQ(screen["view"]["um_per_px"], 0);
+  ASSERT_NE(station_->frame(), nullptr);
+  EXPECT_TRUE(station_->frame()->jpeg.starts_with("\xFF\xD8"));
 }
 
 }  // namespace

@@ -181,7 +181,7 @@ void add_locate_options(CLI::App& command, LocateCommandOptions& o) {
       "--suggest",
       o.suggests,
       "Look for everything that could be a target, and write [[vision.tool]] blocks for it");
-  command.add_flag("--json", o.json, "The suggestion as JSON Lines")->needs(suggest);
+  add_json(command, o.facts);
   suggest->excludes(tool)->excludes(candidates);
   command.final_callback([&o] {
     if (o.suggests) return;

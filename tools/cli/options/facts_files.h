@@ -5,7 +5,7 @@
 
 namespace panelcal {
 
-/// Where a command line wants a command's facts; "-" is standard output, empty: nowhere.
+/// Files of a command's facts, as the command line names them; "-" is standard output, empty: none.
 struct FactsFiles {
   std::string json;
   std::string report;  ///< a page that shows them

@@ -85,8 +85,8 @@ struct LocateCommandOptions {
   std::optional<double> radius_px;  ///< of it; there if at_px is
   std::string overlay;              ///< a .png, or a folder of them; empty: none
   bool lists_candidates = false;
-  bool suggests = false;      ///< tells what is there instead
-  bool json = false;          ///< the suggestion as JSON Lines
+  bool suggests = false;  ///< tells what is there instead
+  FactsFiles facts;
   std::size_t n_threads = 0;  ///< 0: one for each processor
 };
 

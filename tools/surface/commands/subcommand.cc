@@ -25,12 +25,8 @@ Diagnostic usage(const std::string& command, std::string what, std::string expec
 }
 
 Provenance provenance_of(const CommandContext& context, std::span<const std::string> files) {
-  Provenance out = {{"made by", std::string("panelcal ") + kVersion}};
-  std::string command_line = "panelcal";
-  const auto& words = context.options.command_line;
-  // The path of panelcal's installation is no fact about the job.
-  for (std::size_t i = 1; i < words.size(); ++i) command_line += " " + words[i];
-  out.emplace_back("command line", command_line);
+  Provenance out = {{"made by", std::string("panelcal ") + kVersion},
+                    command_line_row(context.options)};
   for (const std::string& file : files) {
     if (const auto bytes = read_file(file)) out.emplace_back("sha256 " + file, sha256(*bytes));
   }

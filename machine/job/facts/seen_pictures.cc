@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/run/seen_pictures.h"
+#include "machine/job/facts/seen_pictures.h"
 
 #include <utility>
 
