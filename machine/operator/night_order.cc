@@ -154,6 +154,19 @@ Expected<void> roll_back(const StationSettings& settings,
   return {};
 }
 
+std::vector<std::string> kinds_of(const StationSettings& settings) {
+  std::vector<std::string> out;
+  const auto config = machine_with_nights(settings);
+  if (!config || config->ledger_file.empty() || !settings.images.empty()) return out;
+  out.emplace_back(kNight);
+  for (const CalibrationWords& one : calibration_words()) {
+    NightlyConfig nightly = *config->nightly;
+    nightly.calibrate = {std::string(one.word)};
+    if (NightCalibrations::make(*config, nightly)) out.emplace_back(one.word);
+  }
+  return out;
+}
+
 std::vector<ScreenHistory> history_of(const StationSettings& settings) {
   std::vector<ScreenHistory> out;
   const auto config = read_machine_config(settings.machine_file);

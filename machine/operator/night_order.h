@@ -39,6 +39,10 @@ Expected<void> roll_back(const StationSettings& settings,
                          const std::string& reason,
                          const std::string& who);
 
+/// The kinds of calibrations that machine.toml has everything for, "night" first; empty for
+/// recorded pictures and for a machine without nights.
+std::vector<std::string> kinds_of(const StationSettings& settings);
+
 /// The ledger of the machine, the newest entry first; empty where there is none, or none that can
 /// be read.
 std::vector<ScreenHistory> history_of(const StationSettings& settings);

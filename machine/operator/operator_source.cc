@@ -18,7 +18,6 @@ constexpr std::chrono::milliseconds kPictureInterval{100};
 constexpr std::chrono::milliseconds kIdleInterval{60'000};
 /// No person points better at a pixel.
 constexpr double kHandSigma_px = 0.5;
-constexpr double kUsualJog_mm = 5;
 
 std::string choice_words(const MeasurementRequest& request,
                          const Answer& answer,
@@ -223,8 +222,7 @@ void OperatorSource::offer_places(const MeasurementRequest& request,
     why_not = "the program calibrates the camera's offset, whose error a place by hand cannot know";
   }
   offer(Choice::Hand, why_not);
-  question.jog_limit_mm =
-      at_.machine.vision.search_radius ? at_.machine.vision.search_radius->in_mm() : kUsualJog_mm;
+  question.jog_limit_mm = jog_limit_mm(at_.machine.vision);
   if (!at_.may_jog || eye_ == nullptr) question.why_no_jog = "recorded pictures do not move";
   if (!is_seen) question.why_no_jog = "there is no picture of the target";
 }

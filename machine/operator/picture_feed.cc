@@ -76,7 +76,15 @@ ScreenView PictureFeed::view_of(const ShownPicture& shown, const Image& image) c
   view.height_px = image.height();
   view.um_per_px = 1e3 * shown.camera.mapping.parameters().scale_mm_per_px;
   view.place_mm = (shown.axis - shown.request.work_zero).in_mm();
+  const std::optional<double>& lamp = shown.request.settings.lamp;
+  view.lamp = lamp ? lamp : vision_.lamp;
+  view.jog_mm = jog_limit_mm(vision_);
   return view;
+}
+
+double jog_limit_mm(const VisionOptions& vision) {
+  constexpr double kUsualJog_mm = 5;
+  return vision.search_radius ? vision.search_radius->in_mm() : kUsualJog_mm;
 }
 
 void PictureFeed::put(ShownPicture shown, const Image& image, ScreenView view) {

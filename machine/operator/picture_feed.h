@@ -33,6 +33,9 @@ struct ShownPicture {
   std::optional<Eigen::Vector2d> pixel_of(const Position<frame::Actual>& place) const;
 };
 
+/// The largest jog from a target's expected place: the search radius, or 5 mm.
+double jog_limit_mm(const VisionOptions& vision);
+
 /// Brings pictures to the screens, and knows the last one.
 class PictureFeed {
  public:

@@ -52,6 +52,18 @@ Expected<void> store_program(const std::filesystem::path& folder,
     return failure(refused(fmt::format("a program of {} bytes", bytes.size()),
                            fmt::format("at most {}", kMaxProgramBytes)));
   }
+  // Nothing else makes a text unreadable to our readers: their findings show when it is opened.
+  if (bytes.empty() || bytes.find('\0') != std::string_view::npos) {
+    return failure(refused("program " + quoted(name) + " is no text", "the program's own bytes"));
+  }
+  std::uintmax_t total = bytes.size();
+  for (const ScreenProgram& other : list_programs(folder)) {
+    if (other.name != name) total += other.size_bytes;
+  }
+  if (total > kMaxProgramsBytes) {
+    return failure(refused(fmt::format("programs of {} bytes together", total),
+                           fmt::format("at most {}: remove old ones", kMaxProgramsBytes)));
+  }
   return write_file(folder / name, bytes);
 }
 

@@ -21,7 +21,9 @@ Expected<void> check_name(const std::string& name);
 /// followed.
 std::vector<ScreenProgram> list_programs(const std::filesystem::path& folder);
 
-/// Fails  usage (the name; too large); device-write
+/// Stores one whole or not at all, in place of one of its name.
+///
+/// Fails  usage (the name; no text; too large, by itself or with all others); device-write
 Expected<void> store_program(const std::filesystem::path& folder,
                              const std::string& name,
                              std::string_view bytes);

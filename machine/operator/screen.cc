@@ -136,6 +136,8 @@ Json view_json(const ScreenView& view, std::uint64_t frame) {
                       {"axes_px", facts::point(view.ellipse->axes_px)},
                       {"angle_rad", facts::number(view.ellipse->angle_rad)}};
   }
+  if (view.lamp) out["lamp"] = facts::number(*view.lamp);
+  if (view.jog_mm) out["jog_mm"] = facts::number(*view.jog_mm);
   if (view.contrast) out["contrast"] = facts::number(*view.contrast);
   if (view.sharpness) out["sharpness"] = facts::number(*view.sharpness);
   return out;
@@ -188,6 +190,7 @@ std::string to_json(const Screen& screen) {
   if (screen.job) out["job"] = job_json(*screen.job);
   if (screen.view) out["view"] = view_json(*screen.view, screen.frame);
   if (screen.calibration) out["calibration"] = calibration_json(*screen.calibration);
+  out["kinds"] = screen.kinds;
   out["history"] = history_json(screen.history);
   return facts::text(out);
 }

@@ -138,6 +138,8 @@ struct ScreenView {
   std::optional<double> search_radius_px;
   std::vector<Eigen::Vector2d> outline_px;
   std::optional<ScreenEllipse> ellipse;
+  std::optional<double> lamp;      ///< as `$uvis,lamp` writes it
+  std::optional<double> jog_mm;    ///< the largest jog
   std::optional<double> contrast;  ///< of full scale
   std::optional<double> sharpness;
 };
@@ -166,6 +168,7 @@ struct Screen {
   std::uint64_t frame = 0;  ///< of `view`
   std::optional<ScreenView> view;
   std::optional<ScreenCalibration> calibration;
+  std::vector<std::string> kinds;  ///< of calibrations that can be made
   std::vector<ScreenHistory> history;
 };
 

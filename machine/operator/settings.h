@@ -16,6 +16,8 @@ struct NightRecord;
 
 /// Larger programs are refused.
 inline constexpr std::size_t kMaxProgramBytes = std::size_t{64} << 20;
+/// All programs of the folder together.
+inline constexpr std::size_t kMaxProgramsBytes = std::size_t{2} << 30;
 /// Larger commands are refused.
 inline constexpr std::size_t kMaxCommandBytes = std::size_t{64} << 10;
 

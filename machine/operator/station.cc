@@ -22,6 +22,7 @@
 #include "machine/operator/orders.h"
 #include "machine/operator/picture_feed.h"
 #include "machine/operator/programs.h"
+#include "machine/operator/regular_file.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -138,7 +139,7 @@ class Station::Impl {
     if (!is_night && !(internal::is_job_id(id) && internal::is_job_file(name))) {
       return failure(refused("file " + quoted(name) + " of job " + quoted(id), "a file of a job"));
     }
-    return read_file(settings_.jobs_folder / id / name, kMaxJobFileBytes);
+    return internal::read_regular(settings_.jobs_folder / id, name, kMaxJobFileBytes);
   }
 
   Expected<void> add_program(const std::string& name, std::string_view bytes) {
@@ -227,6 +228,8 @@ class Station::Impl {
   Expected<void> open(const std::string& name) {
     PANELCAL_CHECK(internal::check_name(name));
     PANELCAL_CHECK(desk_.read(internal::check_open));
+    // No link leads to another file, and no pipe keeps a screen waiting.
+    PANELCAL_CHECK(internal::read_regular(programs(), name, kMaxProgramBytes));
     PANELCAL_TRY(
         const internal::OpenedProgram opened,
         internal::open_program(settings_.machine_file, programs() / name, settings_.clock()));
@@ -309,6 +312,7 @@ Expected<std::unique_ptr<Station>> Station::create(StationSettings settings) {
   screen.source = words_of_source(settings);
   screen.programs = internal::list_programs(settings.jobs_folder / "programs");
   screen.job = internal::last_job(settings);
+  screen.kinds = internal::kinds_of(settings);
   screen.history = internal::history_of(settings);
   auto impl = std::make_unique<Impl>(std::move(settings), std::move(screen));
   return std::unique_ptr<Station>(new Station(std::move(impl)));

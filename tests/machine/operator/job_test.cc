@@ -112,6 +112,7 @@ TEST_F(StationJob, ShowsTargetsAndFits) {
   EXPECT_EQ(view["width_px"], 280);
   EXPECT_NEAR(view["um_per_px"].get<double>(), 10, 1e-9);
   EXPECT_NEAR(view["search"]["radius_px"].get<double>(), 90, 1e-6);
+  EXPECT_EQ(view["jog_mm"], 0.9);
   ASSERT_NE(station_->frame(), nullptr);
   EXPECT_EQ(view["frame"], station_->frame()->number);
 }

@@ -45,6 +45,10 @@ class StationNight : public OperatedStation {
 
 TEST_F(StationNight, CalibratesAndGoesBack) {
   start_on("2026-11-26");
+  EXPECT_EQ(screen()["kinds"][0], "night");
+  EXPECT_TRUE(std::ranges::count(screen()["kinds"], "spindle-camera"));
+  // There is no plate in its machine.toml.
+  EXPECT_FALSE(std::ranges::count(screen()["kinds"], "table"));
   const nlohmann::json first = calibrate("night");
   EXPECT_EQ(first["calibration"]["state"], "done") << first["calibration"].dump(1);
   EXPECT_FALSE(first["calibration"]["lines"].empty());

@@ -5,6 +5,7 @@
 #include <thread>
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "tests/machine/operator/operated_station.h"
 
@@ -62,6 +63,32 @@ TEST_F(StationTest, RefusesNamesThatLeadElsewhere) {
 TEST_F(StationTest, RefusesAProgramThatIsTooLarge) {
   EXPECT_FALSE(station_->add_program("large.exc", std::string(kMaxProgramBytes + 1, ' ')));
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "jobs/programs/large.exc"));
+}
+
+TEST_F(StationTest, StoresNothingThatIsNoText) {
+  EXPECT_FALSE(station_->add_program("empty.exc", ""));
+  EXPECT_FALSE(station_->add_program("binary.exc", std::string_view("M48\0%", 5)));
+  EXPECT_EQ(screen()["programs"].size(), 1U);
+}
+
+TEST_F(StationTest, FollowsNoLink) {
+  const std::filesystem::path jobs = folder_.path() / "jobs";
+  write(folder_.path() / "secret.txt", kSmallProgram);
+  std::filesystem::create_symlink(folder_.path() / "secret.txt", jobs / "programs/link.exc");
+  expect_refused(R"({"do":"open","program":"link.exc"})");
+  std::filesystem::create_directory(jobs / "2026-11-27-1");
+  std::filesystem::create_symlink(folder_.path() / "secret.txt", jobs / "2026-11-27-1/output");
+  EXPECT_FALSE(station_->job_file("2026-11-27-1", "output"));
+  std::filesystem::create_directory_symlink(jobs / "2026-11-27-1", jobs / "2026-11-27-2");
+  write(jobs / "2026-11-27-1/facts.json", "{}");
+  EXPECT_TRUE(station_->job_file("2026-11-27-1", "facts.json"));
+  EXPECT_FALSE(station_->job_file("2026-11-27-2", "facts.json"));
+  EXPECT_FALSE(station_->job_file("2026-11-27-1", "job.json"));
+}
+
+TEST_F(StationTest, WaitsForNoPipe) {
+  ASSERT_EQ(mkfifo((folder_.path() / "jobs/programs/pipe.exc").c_str(), 0600), 0);
+  expect_refused(R"({"do":"open","program":"pipe.exc"})");  // hangs if it is read
 }
 
 TEST_F(StationTest, ShowsWhereTheTargetsOfAProgramWillBe) {
