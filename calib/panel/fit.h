@@ -21,6 +21,8 @@ enum class FitFailure {
   TooFewTargets,  ///< fewer equations than parameters
   Degenerate,     ///< coincident or collinear targets, or slots, leave the model open
   BadCovariance,  ///< a covariance is not positive definite, or a number is not finite
+  Mirrored,       ///< left and right are exchanged (calib/panel/panel_fit.h)
+  Folded,         ///< a smooth map turns a part of the panel over (likewise)
 };
 
 namespace internal {

@@ -5,6 +5,7 @@
 
 #include "calib/base/files/atomic_file.h"
 #include "calib/base/files/digest.h"
+#include <fmt/format.h>
 
 namespace panelcal {
 
@@ -18,6 +19,8 @@ Expected<std::optional<std::string>> Calibration::text_in_force(const Ledger& le
   PANELCAL_TRY(const std::optional<LedgerEntry> in_force, ledger.in_force(key()));
   if (in_force) {
     PANELCAL_TRY(text, ledger.result(in_force->id));
+    // Damage that the file shares is damage.
+    PANELCAL_CHECK(date_of(*text, fmt::format("ledger entry {}", in_force->id)));
   }
   return text;
 }
@@ -57,7 +60,6 @@ Expected<std::string> Calibration::by_hand(const Ledger& ledger) const {
 Expected<bool> Calibration::write_in_force(const Ledger& ledger) const {
   PANELCAL_TRY(const std::optional<std::string> text, missing_text(ledger));
   if (!text) return false;
-  PANELCAL_CHECK(date_of(*text, file().string()));
   PANELCAL_CHECK(write_file(file(), *text));
   return true;
 }

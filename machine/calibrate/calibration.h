@@ -120,6 +120,9 @@ class Calibration {
                                                      const std::string& name) const;
   /// The bytes that the file should have; empty where nothing is in force. They are the entry's
   /// result unless a file has more than one calibration.
+  ///
+  /// Fails  as date_of, naming the ledger's entry (its result is not valid); what the ledger
+  /// reports
   virtual Expected<std::optional<std::string>> text_in_force(const Ledger& ledger) const;
 
   /// True if the file has the calibration in force.
@@ -131,7 +134,7 @@ class Calibration {
   /// an installation that was interrupted between the ledger and the file.
   ///
   /// Out    whether a file was written
-  /// Fails  as date_of (an entry's result is not valid); what the ledger reports; device-write
+  /// Fails  as text_in_force; device-write
   Expected<bool> write_in_force(const Ledger& ledger) const;
   /// The same, and measurements to come begin there.
   Expected<bool> install(const Ledger& ledger);

@@ -348,6 +348,7 @@ class JobRun {
     const std::size_t n_series = checked_.survey.series.size();
     walk.base_limits = share_false_alarm(walk.base_limits, n_series);
     walk.nested_limits = share_false_alarm(walk.nested_limits, n_series);
+    walk.fitted = sinks_.fitted;
     return walk;
   }
 

@@ -68,6 +68,8 @@ struct JobSinks {
   std::function<void(std::string_view)> progress = {};
   /// The measuring has ended, whatever came of it; `remark` is the source's, often empty.
   std::function<void(std::string_view remark)> end_progress = {};
+  /// Told after each series of targets; its fit is the last of the survey, as far as there is one.
+  std::function<void(const Survey&)> fitted = {};
   /// The measurements and fits, before anything is computed from them. A failure ends the job.
   std::function<Expected<void>(const Survey&)> measured = {};
   /// Becomes the log of the job, also of one that fails: all problems, stage by stage.

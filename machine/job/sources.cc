@@ -2,6 +2,7 @@
 #include "machine/job/sources.h"
 
 #include <algorithm>
+#include <type_traits>
 #include <utility>
 
 #include "calib/base/amount.h"
@@ -66,6 +67,7 @@ struct OpenTargets {
   std::shared_ptr<MeasurementSource> source;
   std::string words;  ///< empty: nothing is asked
   std::function<std::string()> remark = {};
+  ViewTaker* eye = nullptr;
 };
 
 struct OpenProbes {
@@ -80,7 +82,10 @@ std::string words_of_sim(const MachineConfig& machine) {
 template <class Source>
 Expected<OpenTargets> opened(Expected<Source> source, std::string words) {
   if (!source) return failure(std::move(source).error());
-  return OpenTargets{std::make_shared<Source>(*std::move(source)), std::move(words)};
+  auto targets = std::make_shared<Source>(*std::move(source));
+  OpenTargets open{targets, std::move(words)};
+  if constexpr (std::is_base_of_v<ViewTaker, Source>) open.eye = targets.get();
+  return open;
 }
 
 /// True if the program has holes drilled into the coupon.
@@ -104,13 +109,15 @@ Expected<OpenTargets> open_camera(const SourceChoice& choice,
     PANELCAL_TRY(prompt, choice.prompt());
   }
   PANELCAL_TRY(std::unique_ptr<CameraViews> views, open_camera_views(machine, choice.camera));
-  const CameraDevice& camera = views->camera();
+  CameraViews* const eye = views.get();
+  const CameraDevice& camera = eye->camera();
   auto spindle = std::make_unique<CommandSpindle>(machine.stage.drill, machine.stage.limit);
   Expected<LiveSource> source = LiveSource::create(
       machine, std::move(views), std::move(spindle), std::move(prompt), choice.observer);
   if (source) source->set_taken_by(choice.taken_by);
   PANELCAL_TRY(OpenTargets open, opened(std::move(source), "the camera " + camera.name()));
-  // Lives as long as the source.
+  // Both live as long as the source.
+  open.eye = eye;
   open.remark = [&camera] {
     return camera.n_retaken() == 0 ? std::string()
                                    : fmt::format("{} frame(s) were lost on the way and taken again",
@@ -193,7 +200,8 @@ Expected<JobSources> open_sources(const SourceChoice& choice,
   PANELCAL_CHECK(check_correction_is_meant(choice, nominal));
   PANELCAL_TRY(const OpenProbes probes, open_probes(choice, machine, nominal));
   PANELCAL_TRY(const OpenTargets targets, open_targets(choice, machine, nominal));
-  return JobSources{targets.source, probes.source, source_words(targets, probes), targets.remark};
+  return JobSources{
+      targets.source, probes.source, source_words(targets, probes), targets.remark, targets.eye};
 }
 
 }  // namespace panelcal

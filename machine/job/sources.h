@@ -9,6 +9,7 @@
 #include "calib/base/expected.h"
 #include "machine/calibrate/spindle/calibration.h"
 #include "machine/config/machine_config.h"
+#include "machine/look/view_taker.h"
 #include "machine/look/vision_procedure.h"
 #include "program/model/measurement.h"
 #include "program/walk/probing.h"
@@ -23,6 +24,9 @@ struct JobSources {
   std::string
       words;  ///< origin of the answers, in words for people: "recorded measurements in a.jsonl"
   std::function<std::string()> remark = {};  ///< for people, after the measuring; may be empty
+  /// Shows the panel to a person, between the requests; null: nothing can (a recording). Lives as
+  /// long as `targets`.
+  ViewTaker* eye = nullptr;
 };
 
 /// Opens the sources of a program that was checked.

@@ -192,13 +192,13 @@ class Night {
         continue;
       }
       const std::string file = quoted(calibration->file().string(), 200);
-      if (job_.is_dry_run) {
-        if (is_there && *is_there) continue;
+      if (job_.is_dry_run && is_there) {
+        if (*is_there) continue;
         record_.notes.push_back(fmt::format(
             "{} is not the calibration in force: it would be written again from the ledger", file));
         continue;
       }
-      const Expected<bool> written = calibration->install(ledger);
+      const Expected<bool> written = job_.is_dry_run ? is_there : calibration->install(ledger);
       if (written && !*written) continue;
       record_.notes.push_back(
           written ? fmt::format(

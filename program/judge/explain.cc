@@ -17,10 +17,7 @@ std::string point(const Eigen::Vector2d& p_mm) {
   return fmt::format("({:.6f}, {:.6f}) mm", p_mm.x() + 0.0, p_mm.y() + 0.0);
 }
 
-template <class To, class From>
-std::string map_text(const Transform<To, From>& map) {
-  const Eigen::Matrix2d& a = map.linear();
-  const Eigen::Vector2d& t_mm = map.translation();
+std::string map_text(const Eigen::Matrix2d& a, const Eigen::Vector2d& t_mm) {
   return fmt::format("x' = {:.9g} x {:+.9g} y {:+.6f}, y' = {:.9g} x {:+.9g} y {:+.6f}",
                      a(0, 0),
                      a(0, 1),
@@ -199,10 +196,12 @@ void Explainer::explain(const Operation& operation, const PlacedPoint& place) {
   internal::append_format(text_,
                           "  placement   path [{}]: {}\n",
                           fmt::join(operation.path, ","),
-                          map_text(*origin.placement));
+                          map_text(origin.placement->linear(), origin.placement->translation()));
   internal::append_format(text_, "  nominal     {}\n", point(place.nominal.in_mm()));
   if (origin.scaling != nullptr) {
-    internal::append_format(text_, "  scaling     {}\n", map_text(*origin.scaling));
+    internal::append_format(text_,
+                            "  scaling     {}\n",
+                            map_text(origin.scaling->linear(), origin.scaling->translation()));
   }
   explain_correction(origin);
   internal::append_format(
@@ -244,21 +243,19 @@ void Explainer::explain_correction(const Origin& origin) {
 
 void Explainer::explain_series(std::string_view name, std::size_t i_series) {
   const SeriesResult& series = survey_.series[i_series];
-  internal::append_format(
-      text_,
-      "  {:<11} {}, measured from line {}, path [{}]: {}{}\n",
-      name,
-      model_text(series),
-      series.line,
-      fmt::join(series.path, ","),
-      series.is_smooth() ? "near " : "",
-      series.base ? map_text(series.base->map.map) : map_text(series.nested->map.map));
+  internal::append_format(text_,
+                          "  {:<11} {}, measured from line {}, path [{}]: {}{}\n",
+                          name,
+                          series.model_text(),
+                          series.line,
+                          fmt::join(series.path, ","),
+                          series.is_smooth() ? "near " : "",
+                          map_text(series.linear, series.translation_mm));
   text_ += calibration_text(survey_.calibration_of(series));
   if (series.assignment) text_ += "    chosen jointly: " + series.assignment->text() + "\n";
   for (std::size_t i = 0; i < series.points.size(); ++i) {
     const Measurement& target = survey_.measurements[series.points[i]];
-    const Eigen::Vector2d residual_mm =
-        series.base ? series.base->residuals[i].in_mm() : series.nested->residuals[i].in_mm();
+    const Eigen::Vector2d& residual_mm = series.residuals_mm[i];
     internal::append_format(
         text_,
         "    {} target {}: nominal {}, measured {}, residual ({:+.3f}, {:+.3f}) um\n",

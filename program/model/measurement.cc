@@ -8,12 +8,17 @@
 namespace panelcal {
 namespace {
 
-constexpr std::array<std::pair<MeasurementStatus, std::string_view>, 4> kStatusNames = {{
+constexpr std::array<std::pair<MeasurementStatus, std::string_view>, 5> kStatusNames = {{
     {MeasurementStatus::Found, "found"},
     {MeasurementStatus::NotFound, "not_found"},
     {MeasurementStatus::Ambiguous, "ambiguous"},
     {MeasurementStatus::Rejected, "rejected"},
+    {MeasurementStatus::Skipped, "skipped"},
 }};
+
+/// In the order of the enumerators; the source's own decision has no word.
+constexpr std::array<std::string_view, 5> kDeciderNames = {
+    "", "camera", "candidate", "hand", "skip"};
 
 }  // namespace
 
@@ -30,6 +35,16 @@ std::optional<MeasurementStatus> measurement_status_from_name(std::string_view n
     if (status_name == name) return status;
   }
   return std::nullopt;
+}
+
+std::string_view name(Decider decider) {
+  return kDeciderNames[static_cast<std::size_t>(decider)];
+}
+
+std::optional<Decider> decider_from_name(std::string_view name) {
+  const auto found = std::ranges::find(kDeciderNames, name);
+  if (name.empty() || found == kDeciderNames.end()) return std::nullopt;
+  return static_cast<Decider>(found - kDeciderNames.begin());
 }
 
 Expected<std::optional<FocusResult>> MeasurementSource::focus(const MeasurementRequest&) {

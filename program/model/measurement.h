@@ -55,10 +55,32 @@ struct MeasurementRequest {
   }
 };
 
-enum class MeasurementStatus : std::uint8_t { Found, NotFound, Ambiguous, Rejected };
+/// Skipped: a person has left the target out of its series.
+enum class MeasurementStatus : std::uint8_t { Found, NotFound, Ambiguous, Rejected, Skipped };
 
 std::string_view name(MeasurementStatus status);
 std::optional<MeasurementStatus> measurement_status_from_name(std::string_view name);
+
+/// The kinds of decisions of a person at the machine about a target.
+enum class Decider : std::uint8_t {
+  Source,     ///< nothing: the answer is the source's own
+  Camera,     ///< to look again, perhaps elsewhere: the place is what the camera then saw
+  Candidate,  ///< it is that one of the picture's candidates
+  Hand,       ///< it is at that place of the picture
+  Skip,       ///< to leave it out
+};
+
+/// "camera", "candidate", "hand", "skip"; empty for the source's own.
+std::string_view name(Decider decider);
+std::optional<Decider> decider_from_name(std::string_view name);
+
+struct Decision {
+  Decider by = Decider::Source;
+  std::string who;   ///< a person's name, as that person has written it
+  std::string when;  ///< ISO 8601, UTC
+
+  bool is_by_person() const { return by != Decider::Source; }
+};
 
 /// A place in a target's picture that looks like it, or stands where it may be.
 struct MeasuredCandidate {
@@ -90,6 +112,7 @@ struct Measurement {
   /// Empty: unknown.
   std::vector<MeasuredCandidate> candidates;
   std::optional<ListedArea> listed;  ///< absent: unknown, or more places than were fitted
+  Decision decision;
 
   /// Candidates to choose among: a lone one is chosen by its picture.
   bool has_choice() const;

@@ -42,6 +42,10 @@ std::string_view status_name(MeasurementStatus status) {
   return name(status);
 }
 
+std::string_view decider_word(Decider decider) {
+  return name(decider);
+}
+
 std::string_view axes_word(ObservedAxes axes) {
   if (axes == ObservedAxes::Both) return "";
   return axes == ObservedAxes::X ? "x" : "y";

@@ -25,6 +25,8 @@
 
 namespace panelcal {
 
+struct Survey;
+
 /// nc_param.txt beside a program (Allegro PCB Editor).
 struct FormatBeside {
   PartialFormat format;
@@ -91,6 +93,8 @@ struct WalkOptions {
   /// Holes and targets of the program, asked for only when a series does not fit. Without it no pad
   /// can be named that was taken for another.
   std::function<const KnownPads*()> known_pads;
+  /// Told after each series of the measuring walk; the last one is new. May be empty.
+  std::function<void(const Survey&)> fitted;
   /// Work zero without any zero set (the machine's zero correction), and absolute zero.
   Position<frame::Machine> work_zero;
   Position<frame::Machine> absolute_zero;

@@ -2,12 +2,10 @@
 #include "program/walk/survey.h"
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <string_view>
 #include <utility>
 
-#include "calib/panel/misfit.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -17,22 +15,11 @@ bool SeriesResult::is_accepted() const {
          std::ranges::all_of(gates, &GateVerdict::accepted);
 }
 
-double SeriesResult::misfit_ratio() const {
-  const auto of_fit = [](const auto& fit) {
-    return std::sqrt(1 + internal::misfit_excess(fit.chi_square, fit.degrees_of_freedom));
-  };
-  return base ? of_fit(*base) : nested ? of_fit(*nested) : 1;
-}
-
-std::string model_text(const SeriesResult& series) {
-  if (!series.is_smooth()) return std::string(name(series.model));
-  return fmt::format("smooth, {:.1f} effective parameters", series.base->smooth->parameters());
-}
-
 bool Survey::is_complete() const {
   return !was_stopped && std::ranges::all_of(series, &SeriesResult::is_fitted) &&
          std::ranges::all_of(measurements, [](const Measurement& measurement) {
-           return measurement.status == MeasurementStatus::Found;
+           return measurement.status == MeasurementStatus::Found ||
+                  measurement.status == MeasurementStatus::Skipped;
          });
 }
 

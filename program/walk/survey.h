@@ -10,11 +10,8 @@
 
 #include "calib/correction/stack.h"
 #include "calib/faults/series_fault.h"
-#include "calib/panel/fit.h"
-#include "calib/panel/gates.h"
-#include "calib/panel/model_score.h"
+#include "calib/panel/panel_fit.h"
 #include "calib/panel/reliability.h"
-#include "calib/panel/smooth_panel.h"
 #include "program/model/measurement.h"
 #include "program/model/operation.h"
 #include "program/walk/probing.h"
@@ -22,8 +19,8 @@
 
 namespace panelcal {
 
-/// One series of targets and the fit that came of it.
-struct SeriesResult {
+/// One series of targets, the fit that came of it, and its summary.
+struct SeriesResult : PanelFitSummary {
   CorrectionLevel level = CorrectionLevel::Base;
   int line = 0;  ///< of the first target
   InstancePath path;
@@ -32,15 +29,11 @@ struct SeriesResult {
   /// The measurement that names each point of the fit, whose residuals are in this order: one of
   /// `measurements` each, but of several layers of a target only the last.
   std::vector<std::size_t> points;
-  PanelModel model = PanelModel::Offset;
   PanelModel prescribed = PanelModel::Offset;  ///< by the manual or the machine's file
-  bool chose_model = false;                    ///< `model` is what the targets speak for
   std::shared_ptr<const BaseFit> base;         ///< set for a fitted base series
   std::shared_ptr<const NestedFit> nested;     ///< set for a fitted nested series
   std::optional<std::size_t> base_series;      ///< the base correction a nested one is relative to
-  GateLimits limits;  ///< of the fit, with its share of the job's false alarms
-  std::vector<GateVerdict> gates;
-  std::vector<ModelScore> compared;  ///< all models that the targets could determine
+  GateLimits limits;                 ///< of the fit, with its share of the job's false alarms
   std::optional<SeriesFault> fault;  ///< if the targets do not fit each other
   /// Errors that the targets would not show of each other; null without a fit.
   std::shared_ptr<const Reliability> reliability;
@@ -51,16 +44,9 @@ struct SeriesResult {
   /// Greatest distance of the layers of one target (SIEB & MEYER, measurement modes 2 and 3).
   std::optional<Length> layer_spread;
 
-  /// The fit is a smooth one, on top of the affine `model` (calib/panel/smooth_panel.h).
-  bool is_smooth() const { return base != nullptr && base->smooth && base->smooth->is_bent(); }
   bool is_fitted() const { return base != nullptr || nested != nullptr; }
-  /// The factor by which sigma has grown, since the targets do not agree; 1 if they do.
-  double misfit_ratio() const;
   bool is_accepted() const;
 };
-
-/// "offset" to "affine", or "smooth, 9.4 effective parameters".
-std::string model_text(const SeriesResult& series);
 
 /// A node of a probed grid whose height the other nodes predict.
 struct FilledNode {
@@ -86,7 +72,8 @@ struct Survey {
   /// The source failed: nothing is known of what the program asks for behind it.
   bool was_stopped = false;
 
-  /// Every series is fitted, so that a corrected program could be written at all.
+  /// Every series is fitted, so that a corrected program could be written at all. A target that a
+  /// person has skipped is missing from its series' fit only.
   bool is_complete() const;
   /// Every series is fitted and inside its limits, and every measured hole was found.
   bool is_accepted() const;

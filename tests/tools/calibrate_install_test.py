@@ -150,6 +150,9 @@ def tables():
     assert entry["verdict"] == "installed" and entry["subject"] == "table"
     assert [one["name"] for one in entry["inputs"]] == ["machine.toml", "looks.jsonl", "plate.toml"]
     assert Path("table.cal.json").read_text() == result
+    assert "into the ledger alone" not in text, text
+    text = calibrate("table", *source)
+    assert "into the ledger alone: no file is named for it (-o)" in text, text
     scale_x = json.loads(result)["geometry"]["scale_x"]
     # 1 um in each of 81 looks over 240 mm leaves 1.6 ppm of a scale.
     assert abs(scale_x - 1e-4) < 8e-6, scale_x

@@ -19,8 +19,8 @@ from pathlib import Path
 # to spare. It was 167 with OpenCV's picture decoders.
 MAX_LIBRARIES = 12
 # Each costs every command what only some commands use; the modules bring them.
-FORBIDDEN = ("aravis", "blas", "ceres", "cholmod", "gdal", "gdcm", "gflags", "glib", "glog", "gobject", "jpeg", "lapack",
-             "opencv", "png", "spqr", "sqlite", "tbb", "tiff")
+FORBIDDEN = ("aravis", "blas", "brotli", "ceres", "cholmod", "cpp-httplib", "crypto", "gdal", "gdcm", "gflags", "glib",
+             "glog", "gobject", "jpeg", "lapack", "opencv", "png", "spqr", "sqlite", "ssl", "tbb", "tiff")
 
 
 def output_of(*command, **options):

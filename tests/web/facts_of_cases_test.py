@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The facts of every golden case of `run` and `check` follow their schema, whatever becomes of it.
+"""The facts of every golden case of `run`, `check` and `locate` follow their schema, whatever becomes of it.
 
     facts_of_cases_test.py PANELCAL REPOSITORY
 """
@@ -38,13 +38,13 @@ def facts_of(case, command, folder):
 
 def main():
     schemas = {kind: json.loads((ROOT / f"share/schema/{kind}.schema.json").read_text(encoding="utf-8"))
-               for kind in ("job", "check")}
-    counts = {"job": 0, "check": 0}
+               for kind in ("job", "check", "locate")}
+    counts = dict.fromkeys(schemas, 0)
     seen, broken = set(), []
     for path in sorted((ROOT / "tests/golden").glob("*/*.case")):
         case = golden_case.load(path)
         command = case.command
-        is_wanted = command.startswith(("panelcal run ", "panelcal check ")) and not any(c in command for c in "|<>;&")
+        is_wanted = command.startswith(("panelcal run ", "panelcal check ", "panelcal locate ")) and not any(c in command for c in "|<>;&")
         if not is_wanted or "--json" in command:
             continue
         with tempfile.TemporaryDirectory() as folder:
@@ -58,7 +58,7 @@ def main():
     print(counts, sorted(seen))
     print("\n".join(broken))
     assert not broken
-    assert min(counts.values()) > 50, counts
+    assert min(counts["job"], counts["check"]) > 50 and counts["locate"] > 5, counts
     # A truth is compared with in job_report_test.py.
     assert not set(PARTS) - seen - {"truth"}, f"no case has {set(PARTS) - seen}"
 

@@ -121,7 +121,7 @@ class Station:
                     self.answer(404, {"error": {"what": "no such thing"}})
 
             def stream(self):
-                key = parse_qs(urlparse(self.path).query).get("key", [""])[0]
+                name = parse_qs(urlparse(self.path).query).get("stream", [""])[0]
                 self.send_response(200)
                 self.send_header("Content-Type", "text/event-stream")
                 self.send_header("Connection", "close")
@@ -134,7 +134,7 @@ class Station:
                         if station.is_cut_off:
                             return
                         said = station.n_said
-                        controls = {"held_by": station.held_by, "mine": bool(key) and key == station.key}
+                        controls = {"held_by": station.held_by, "mine": bool(name) and station.key.endswith("." + name)}
                         events = [("state", station.state), ("controls", {"controls": controls}), ("frame", {"number": station.frame})]
                     try:
                         for name, data in events:
@@ -176,7 +176,7 @@ class Station:
                         return
                     if asked["take"]:
                         station.n_keys += 1
-                        station.held_by, station.key = asked["name"], f"key-{station.n_keys}"
+                        station.held_by, station.key = asked["name"], f"key-{station.n_keys}.stream-{station.n_keys}"
                     else:
                         station.held_by, station.key = None, ""
                     station.n_said += 1

@@ -7,9 +7,9 @@
 
 #include "calib/base/clock.h"
 #include "calib/base/files/atomic_file.h"
+#include "tools/cli/facts_output.h"
 #include "tools/cli/process/version.h"
 #include "tools/cli/provenance.h"
-#include "tools/page/page.h"
 #include <fmt/format.h>
 
 namespace panelcal::calibrate {
@@ -46,10 +46,8 @@ Expected<Session> Session::begin(const CalibrateOptions& options) {
   session.words_.date = *date;
   session.words_.reason = options.reason;
   session.words_.software = std::string("panelcal ") + kVersion;
-  // A name that only a ledger asks for: of the calibration, or of the rows of a coupon.
-  if (options.install || options.what == CalibrateOptions::What::SpindleCamera) {
-    session.words_.asked_by = asking_person(options.asked_by);
-  }
+  // A name that only a ledger asks for.
+  if (options.install) session.words_.asked_by = asking_person(options.asked_by);
   PANELCAL_TRY(MachineConfig config, read_machine_config(options.machine));
   session.config_ = std::make_shared<MachineConfig>(std::move(config));
   return session;
@@ -112,6 +110,7 @@ Expected<void> Session::finish(LedgerDraft draft,
   // The ledger first: whatever happens then, it says which file should be there.
   PANELCAL_TRY(const LedgerEntry entry, ledger_->append(draft));
   entry_ = entry.id;
+  is_in_ledger_alone_ = installs && kind.has_file() && kind.file().empty();
   if (installs) PANELCAL_CHECK(kind.write_in_force(*ledger_));
   return {};
 }
@@ -119,20 +118,22 @@ Expected<void> Session::finish(LedgerDraft draft,
 std::string Session::verdict_line() const {
   const std::string recorded = entry_ ? fmt::format(", ledger entry {}", *entry_) : "";
   if (!refusal_.empty()) return fmt::format("  refused{}: {} (--force)\n", recorded, refusal_);
-  return entry_ ? fmt::format("  installed{}\n", recorded) : "";
+  if (!entry_) return {};
+  return fmt::format(
+      "  installed{}{}\n",
+      recorded,
+      is_in_ledger_alone_ ? ", into the ledger alone: no file is named for it (-o)" : "");
 }
 
-Expected<Answer> Session::answer(std::string text, Json part, CommandContext& context) const {
-  Answer answer = {std::move(text), refusal_.empty() ? ExitCode::Done : ExitCode::GateFailed};
-  if (options_.json.empty() && options_.report.empty()) return answer;
-  const std::string document = facts::text(this->document(std::move(part), context.options));
-  if (!options_.json.empty()) PANELCAL_CHECK(context.output.write_to(options_.json, document));
-  if (!options_.report.empty()) {
-    const std::string page = page_html("Calibration: " + record_.key.subject, document);
-    PANELCAL_CHECK(context.output.write_to(options_.report, page));
-  }
-  if (options_.json == "-" || options_.report == "-") answer.text.clear();
-  return answer;
+Answer Session::answer(std::string text, Json part, CommandContext& context) const {
+  const auto document = [&] {
+    return facts::text(this->document(std::move(part), context.options));
+  };
+  return state_facts(context,
+                     options_.facts,
+                     "Calibration: " + record_.key.subject,
+                     document,
+                     {std::move(text), refusal_.empty() ? ExitCode::Done : ExitCode::GateFailed});
 }
 
 Json Session::document(Json part, const Options& options) const {

@@ -19,20 +19,6 @@
 // The commands `panelcal calibrate KIND`: a night of one kind, by hand.
 namespace panelcal::calibrate {
 
-/// The rest for standard output, and whether the result may be used.
-struct Answer {
-  std::string text;
-  ExitCode code = ExitCode::Done;
-};
-
-Expected<Answer> spindle_camera(const CalibrateOptions& options, CommandContext& context);
-Expected<Answer> camera(const CalibrateOptions& options, CommandContext& context);
-Expected<Answer> table(const CalibrateOptions& options, CommandContext& context);
-Expected<Answer> surface(const CalibrateOptions& options, CommandContext& context);
-Expected<Answer> focus(const CalibrateOptions& options, CommandContext& context);
-Expected<Answer> light(const CalibrateOptions& options, CommandContext& context);
-Expected<Answer> settle(const CalibrateOptions& options, CommandContext& context);
-
 Diagnostic usage(std::string what,
                  std::string expected,
                  std::string_view command = "panelcal calibrate");
@@ -81,8 +67,7 @@ class Session {
   /// one of the two says so.
   ///
   /// In     part: facts of this kind alone; share/schema/calibration.schema.json
-  /// Fails  what writing a file reports
-  Expected<Answer> answer(std::string text, facts::Json part, CommandContext& context) const;
+  Answer answer(std::string text, facts::Json part, CommandContext& context) const;
 
  private:
   explicit Session(const CalibrateOptions& options) : options_(options) {}
@@ -98,6 +83,7 @@ class Session {
   std::string objection_;  ///< reasons against it, overruled or not
   std::string refusal_;
   std::optional<std::int64_t> entry_;
+  bool is_in_ledger_alone_ = false;  ///< installed, and no file is named that would have it
 };
 
 }  // namespace panelcal::calibrate

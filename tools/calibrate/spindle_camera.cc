@@ -16,6 +16,7 @@
 #include "tools/calibrate/session.h"
 #include "tools/calibrate/spindle_answer.h"
 #include "tools/cli/operator_prompt.h"
+#include "tools/cli/provenance.h"
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -45,6 +46,7 @@ class SpindleCamera {
     devices.observer = progress();
     devices.taken_by = {fixed_clock(words.date), words.asked_by, words.software};
     PANELCAL_CHECK(set_camera_as_stated(config(), devices));
+    PANELCAL_TRY(std::vector<LedgerInput> inputs, spindle_camera_inputs(config()));
     PANELCAL_TRY(const SpindleCameraRun run, calibrate_spindle_camera(config(), devices));
     context_.console.end_progress();
     SpindleAnswer answer = compare(config(), run);
@@ -55,7 +57,7 @@ class SpindleCamera {
         PANELCAL_TRY(refusal, gate_words(run, answer.gates));
       }
     }
-    PANELCAL_TRY(LedgerDraft draft, spindle_camera_draft(config(), run, words));
+    PANELCAL_TRY(LedgerDraft draft, spindle_camera_draft(config(), run, words, std::move(inputs)));
     PANELCAL_CHECK(
         session_.finish(std::move(draft), *spindle_camera_kind(session_.config()), refusal));
     answer.refusal = session_.refusal();
@@ -160,6 +162,8 @@ class SpindleCamera {
 
 Expected<Answer> spindle_camera(const CalibrateOptions& options, CommandContext& context) {
   PANELCAL_TRY(Session session, Session::begin(options));
+  // The rows of a coupon have a name, too.
+  session.words().asked_by = asking_person(options.asked_by);
   return SpindleCamera(options, context, std::move(session)).answer();
 }
 

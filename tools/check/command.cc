@@ -14,6 +14,7 @@
 #include "program/judge/job_check.h"
 #include "program/judge/tally.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/facts_output.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -82,7 +83,7 @@ std::string summary(const Program& program,
 }
 
 /// What a check has found, as one JSON document: share/schema/check.schema.json.
-std::string check_facts(const CheckOptions& options,
+facts::Json check_facts(const CheckOptions& options,
                         const CheckedJob* checked,
                         const WalkOptions& walk,
                         const DiagnosticLog& log) {
@@ -110,7 +111,7 @@ std::string check_facts(const CheckOptions& options,
   document["gates"] = options.machine.empty() ? Json()
                                               : Json{{"panel", gates_text(walk.base_limits)},
                                                      {"nested", gates_text(walk.nested_limits)}};
-  return facts::text(document);
+  return document;
 }
 
 /// The time of --clock, which set_walk_terms() has found to be one; `now` without.
@@ -149,64 +150,48 @@ std::string gates_lines(const WalkOptions& walk) {
 
 }  // namespace
 
-ExitCode run_command(const CheckOptions& options, CommandContext& context) {
-  const auto fail = [&](const Diagnostic& diagnostic) {
-    context.console.print(diagnostic);
-    return exit_code(diagnostic);
-  };
+Expected<Answer> run_command(const CheckOptions& options, CommandContext& context) {
+  if (options.program.empty() && options.machine.empty()) {
+    return failure({Code::Usage,
+                    {"panelcal check", 0, 0},
+                    "nothing to check",
+                    "PROGRAM, -m machine.toml, or both"});
+  }
   DiagnosticLog log;
   DiagnosticLog of_machine;  // apart: a program is checked whatever is wrong with the machine
   MachineConfig config;
-  if (const auto read = read_machine(options, config, of_machine); !read) {
-    return fail(read.error());
-  }
+  PANELCAL_CHECK(read_machine(options, config, of_machine));
   WalkOptions& walk = config.walk;
-  const auto state = [&](const CheckedJob* checked, const DiagnosticLog& found) {
-    return options.json.empty()
-               ? Expected<void>()
-               : context.output.write_to(options.json, check_facts(options, checked, walk, found));
-  };
-  std::string result;
+  walk.slots = walk.step_slots = Cycles::Kept;
+  std::optional<Program> program;
+  Passing passing(config.travel);
+  Survey survey;
   if (!options.program.empty()) {
-    walk.slots = walk.step_slots = Cycles::Kept;
-    const auto program = read_program(options.program, config.reading, log);
-    Passing passing(config.travel);
-    Survey survey;
+    program = read_program(options.program, config.reading, log);
     if (program) survey = check_job(*program, walk, passing, log);
-    if (program && !options.machine.empty()) {
-      check_targets(config, *program, survey, log);
-    }
-    for (const Diagnostic& diagnostic : of_machine.kept()) log.add(diagnostic);
-    context.console.print(log);
-    std::optional<CheckedJob> checked;
-    if (program && !log.has_errors()) checked.emplace(CheckedJob{*program, survey, passing});
-    if (const auto done = state(checked ? &*checked : nullptr, log); !done) {
-      return fail(done.error());
-    }
-    if (log.has_errors()) {
-      context.console.say(fmt::format("{}: {}, {}",
-                                      options.program,
-                                      count(log.n_errors(), "error"),
-                                      count(log.n_warnings(), "warning")));
-      return exit_code(log);
-    }
-    result = summary(*program, survey, passing.tally, log);
-  } else if (options.machine.empty()) {
-    return fail({Code::Usage,
-                 {"panelcal check", 0, 0},
-                 "nothing to check",
-                 "PROGRAM, -m machine.toml, or both"});
-  } else {
-    context.console.print(of_machine);
-    if (const auto done = state(nullptr, of_machine); !done) return fail(done.error());
-    if (of_machine.has_errors()) return exit_code(of_machine);
-    result = options.machine + ": no errors\n";
+    if (program && !options.machine.empty()) check_targets(config, *program, survey, log);
   }
-  if (!options.machine.empty()) result += gates_lines(walk);
-  // Facts on standard output must not mix with the text.
-  if (options.json == "-") return ExitCode::Done;
-  const auto written = context.output.write(result);
-  return written ? ExitCode::Done : fail(written.error());
+  for (const Diagnostic& diagnostic : of_machine.kept()) log.add(diagnostic);
+  context.console.print(log);
+  std::optional<CheckedJob> checked;
+  if (program && !log.has_errors()) checked.emplace(CheckedJob{*program, survey, passing});
+  Answer answer = {{}, exit_code(log)};
+  if (!log.has_errors()) {
+    answer.text =
+        checked ? summary(*program, survey, passing.tally, log) : options.machine + ": no errors\n";
+    if (!options.machine.empty()) answer.text += gates_lines(walk);
+  }
+  const auto document = [&] {
+    return facts::text(check_facts(options, checked ? &*checked : nullptr, walk, log));
+  };
+  answer = state_facts(context, options.facts, {}, document, std::move(answer));
+  if (log.has_errors() && !options.program.empty()) {
+    context.console.say(fmt::format("{}: {}, {}",
+                                    options.program,
+                                    count(log.n_errors(), "error"),
+                                    count(log.n_warnings(), "warning")));
+  }
+  return answer;
 }
 
 }  // namespace panelcal

@@ -13,8 +13,10 @@
 namespace panelcal {
 namespace {
 
-/// Makes the options that a command fills, and hands them to run_command().
-template <class OptionsOf, void (*kAdd)(CLI::App&, OptionsOf&)>
+/// Makes the options that a command fills, and hands them to what executes it.
+template <class OptionsOf,
+          void (*kAdd)(CLI::App&, OptionsOf&),
+          Expected<Answer> (*kRun)(const OptionsOf&, CommandContext&) = run_command>
 constexpr CommandRow row(std::string_view name, std::string_view summary, std::string_view page) {
   return {name,
           summary,
@@ -23,7 +25,7 @@ constexpr CommandRow row(std::string_view name, std::string_view summary, std::s
             kAdd(command, options.emplace<OptionsOf>());
           },
           [](CommandContext& context) {
-            return run_command(std::get<OptionsOf>(context.options.command), context);
+            return kRun(std::get<OptionsOf>(context.options.command), context);
           }};
 }
 
@@ -45,68 +47,69 @@ constexpr auto kCommands = std::to_array<CommandRow>({
     row<SynthOptions, add_synth_options>(
         "synth", "Render the pictures a program asks for, with their truth", pages::kSynth),
     {"calibrate", "Calibrate a part of the machine", pages::kCalibrate},
-    row<CalibrateOptions, add_calibrate_spindle_camera_options>(
+    row<CalibrateOptions, add_calibrate_spindle_camera_options, calibrate::spindle_camera>(
         "calibrate spindle-camera",
         "Find where the camera looks against where the spindle drills, from holes in a coupon",
         pages::kCalibrateSpindleCamera),
-    row<CalibrateOptions, add_calibrate_camera_options>(
+    row<CalibrateOptions, add_calibrate_camera_options, calibrate::camera>(
         "calibrate camera",
         "Find scale, rotation, tilt and lens of the camera, from one mark seen all over the "
         "picture",
         pages::kCalibrateCamera),
-    row<CalibrateOptions, add_calibrate_table_options>(
+    row<CalibrateOptions, add_calibrate_table_options, calibrate::table>(
         "calibrate table",
         "Find scale, squareness, straightness and the error map of the table, from looks at a "
         "plate of dots",
         pages::kCalibrateTable),
-    row<CalibrateOptions, add_calibrate_surface_options>(
+    row<CalibrateOptions, add_calibrate_surface_options, calibrate::surface>(
         "calibrate surface",
         "Record a map of the table's own surface that was probed by hand",
         pages::kCalibrateSurface),
-    row<CalibrateOptions, add_calibrate_focus_options>(
+    row<CalibrateOptions, add_calibrate_focus_options, calibrate::focus>(
         "calibrate focus",
         "Find the height at which the camera is sharpest",
         pages::kCalibrateFocus),
-    row<CalibrateOptions, add_calibrate_light_options>(
+    row<CalibrateOptions, add_calibrate_light_options, calibrate::light>(
         "calibrate light",
         "Find the lamp level of best contrast without clipping",
         pages::kCalibrateLight),
-    row<CalibrateOptions, add_calibrate_settle_options>(
+    row<CalibrateOptions, add_calibrate_settle_options, calibrate::settle>(
         "calibrate settle", "Find how long to wait after a move", pages::kCalibrateSettle),
     row<NightlyOptions, add_nightly_options>(
         "nightly", "Calibrate the machine at night without a person, and report", pages::kNightly),
     {"history", "Ask a ledger of calibrations, or go back to an earlier one", pages::kHistory},
-    row<HistoryOptions, add_history_list_options>(
+    row<HistoryOptions, add_history_list_options, history::list>(
         "history list", "Entries, one a line; * is in force", pages::kHistoryList),
-    row<HistoryOptions, add_history_export_options>(
+    row<HistoryOptions, add_history_export_options, history::export_entries>(
         "history export", "Everything as JSON Lines", pages::kHistoryExport),
-    row<HistoryOptions, add_history_show_options>("history show", "One entry", pages::kHistoryShow),
-    row<HistoryOptions, add_history_diff_options>(
+    row<HistoryOptions, add_history_show_options, history::show>(
+        "history show", "One entry", pages::kHistoryShow),
+    row<HistoryOptions, add_history_diff_options, history::diff>(
         "history diff", "What changed from one entry to another", pages::kHistoryDiff),
-    row<HistoryOptions, add_history_rollback_options>(
+    row<HistoryOptions, add_history_rollback_options, history::roll_back>(
         "history rollback", "Put an earlier one in force", pages::kHistoryRollback),
-    row<HistoryOptions, add_history_fresh_start_options>(
+    row<HistoryOptions, add_history_fresh_start_options, history::fresh_start>(
         "history fresh-start",
         "Record that later nights are not compared with earlier ones",
         pages::kHistoryFreshStart),
-    row<HistoryOptions, add_history_plot_options>(
+    row<HistoryOptions, add_history_plot_options, history::plot>(
         "history plot", "One parameter over time, a line an entry", pages::kHistoryPlot),
-    row<HistoryOptions, add_history_verify_options>(
+    row<HistoryOptions, add_history_verify_options, history::verify>(
         "history verify",
         "Check every hash of the ledger, and that it has what calibrations and reports note of it",
         pages::kHistoryVerify),
     {"surface", "Map probed heights, ask the map, and plan where to probe", pages::kSurface},
-    row<SurfaceOptions, add_surface_fit_options>(
+    row<SurfaceOptions, add_surface_fit_options, surface::fit>(
         "surface fit", "Make a map of probed heights", pages::kSurfaceFit),
-    row<SurfaceOptions, add_surface_query_options>(
+    row<SurfaceOptions, add_surface_query_options, surface::query>(
         "surface query", "Ask a map for heights", pages::kSurfaceQuery),
-    row<SurfaceOptions, add_surface_diff_options>(
+    row<SurfaceOptions, add_surface_diff_options, surface::diff>(
         "surface diff", "Compare one map with another", pages::kSurfaceDiff),
-    row<SurfaceOptions, add_surface_plan_options>(
+    row<SurfaceOptions, add_surface_plan_options, surface::plan>(
         "surface plan", "Plan where to probe, and where not to", pages::kSurfacePlan),
-    row<SurfaceOptions, add_surface_apply_options>(
+    row<SurfaceOptions, add_surface_apply_options, surface::apply>(
         "surface apply", "Make a G-code program follow a map", pages::kSurfaceApply),
-    row<SurfaceOptions, add_surface_export_options>(
+    row<SurfaceOptions, add_surface_export_options, surface::export_map>(
         "surface export", "Write a map as the file of another program", pages::kSurfaceExport),
 });
 

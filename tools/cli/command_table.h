@@ -20,7 +20,7 @@ struct CommandRow {
   std::string_view page;  ///< example, explanation and exit codes, below the options
   /// Registers its options, and what they fill. Null: the command has only commands below it.
   void (*add_options)(CLI::App& command, CommandOptions& options) = nullptr;
-  ExitCode (*run)(CommandContext& context) = nullptr;
+  Expected<Answer> (*run)(CommandContext& context) = nullptr;
 };
 
 /// A command that has commands below it stands before them.

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
+
+#include "calib/base/expected.h"
 #include "machine/files/file_register.h"
 #include "tools/cli/console.h"
 #include "tools/cli/options/options.h"
@@ -16,16 +19,52 @@ struct CommandContext {
   FileRegister& files;  ///< files in use, which no output may replace; commands add to them
 };
 
-ExitCode run_command(const CheckOptions& options, CommandContext& context);
-ExitCode run_command(const SurveyOptions& options, CommandContext& context);
-ExitCode run_command(const PlanOptions& options, CommandContext& context);
-ExitCode run_command(const RunOptions& options, CommandContext& context);
-ExitCode run_command(const TranslateOptions& options, CommandContext& context);
-ExitCode run_command(const LocateCommandOptions& options, CommandContext& context);
-ExitCode run_command(const SynthOptions& options, CommandContext& context);
-ExitCode run_command(const CalibrateOptions& options, CommandContext& context);
-ExitCode run_command(const NightlyOptions& options, CommandContext& context);
-ExitCode run_command(const HistoryOptions& options, CommandContext& context);
-ExitCode run_command(const SurfaceOptions& options, CommandContext& context);
+/// The rest for standard output, and the exit code of what was done.
+struct Answer {
+  std::string text;
+  ExitCode code = ExitCode::Done;
+};
+
+// The handlers that the rows of tools/cli/command_table.cc name.
+//
+// Fails  with the problem that ended the command, which it has not printed
+Expected<Answer> run_command(const CheckOptions& options, CommandContext& context);
+Expected<Answer> run_command(const SurveyOptions& options, CommandContext& context);
+Expected<Answer> run_command(const PlanOptions& options, CommandContext& context);
+Expected<Answer> run_command(const RunOptions& options, CommandContext& context);
+Expected<Answer> run_command(const TranslateOptions& options, CommandContext& context);
+Expected<Answer> run_command(const LocateCommandOptions& options, CommandContext& context);
+Expected<Answer> run_command(const SynthOptions& options, CommandContext& context);
+Expected<Answer> run_command(const NightlyOptions& options, CommandContext& context);
+
+namespace calibrate {
+Expected<Answer> spindle_camera(const CalibrateOptions& options, CommandContext& context);
+Expected<Answer> camera(const CalibrateOptions& options, CommandContext& context);
+Expected<Answer> table(const CalibrateOptions& options, CommandContext& context);
+Expected<Answer> surface(const CalibrateOptions& options, CommandContext& context);
+Expected<Answer> focus(const CalibrateOptions& options, CommandContext& context);
+Expected<Answer> light(const CalibrateOptions& options, CommandContext& context);
+Expected<Answer> settle(const CalibrateOptions& options, CommandContext& context);
+}  // namespace calibrate
+
+namespace history {
+Expected<Answer> list(const HistoryOptions& options, CommandContext& context);
+Expected<Answer> export_entries(const HistoryOptions& options, CommandContext& context);
+Expected<Answer> show(const HistoryOptions& options, CommandContext& context);
+Expected<Answer> diff(const HistoryOptions& options, CommandContext& context);
+Expected<Answer> roll_back(const HistoryOptions& options, CommandContext& context);
+Expected<Answer> fresh_start(const HistoryOptions& options, CommandContext& context);
+Expected<Answer> plot(const HistoryOptions& options, CommandContext& context);
+Expected<Answer> verify(const HistoryOptions& options, CommandContext& context);
+}  // namespace history
+
+namespace surface {
+Expected<Answer> fit(const SurfaceOptions& options, CommandContext& context);
+Expected<Answer> query(const SurfaceOptions& options, CommandContext& context);
+Expected<Answer> diff(const SurfaceOptions& options, CommandContext& context);
+Expected<Answer> plan(const SurfaceOptions& options, CommandContext& context);
+Expected<Answer> apply(const SurfaceOptions& options, CommandContext& context);
+Expected<Answer> export_map(const SurfaceOptions& options, CommandContext& context);
+}  // namespace surface
 
 }  // namespace panelcal

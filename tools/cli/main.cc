@@ -19,6 +19,15 @@ namespace {
 /// As a shell reports a process that a signal ended.
 constexpr int kEndedBySignal = 128;
 
+ExitCode execute(Expected<Answer> (*run)(CommandContext& context), CommandContext& context) {
+  const Expected<Answer> answer = run(context);
+  context.console.end_progress();
+  const Expected<void> done = answer ? context.output.write(answer->text) : failure(answer.error());
+  if (done) return answer->code;
+  context.console.print(done.error());
+  return exit_code(done.error());
+}
+
 int run(int argc, char** argv) {
   // A closed pipe, or a file that may not grow, is an error of ours to report, not a reason to die
   // without a word.
@@ -37,7 +46,7 @@ int run(int argc, char** argv) {
     return static_cast<int>(exit_code(free.error()));
   }
   CommandContext context{console, output, *options, files};
-  const ExitCode code = options->run != nullptr ? options->run(context) : ExitCode::Done;
+  const ExitCode code = options->run != nullptr ? execute(options->run, context) : ExitCode::Done;
   if (code != ExitCode::Done && interruption() != 0) return kEndedBySignal + interruption();
   // Help goes through the stream library; whether it arrived shows only now.
   if (!std::cout.flush()) return static_cast<int>(ExitCode::DeviceFailed);

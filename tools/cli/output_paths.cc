@@ -2,7 +2,6 @@
 #include "tools/cli/output_paths.h"
 
 #include <algorithm>
-#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -44,13 +43,9 @@ Expected<void> check_replaceable(const Options& options, const std::string& outp
                   "a regular file, or - for standard output"});
 }
 
-/// The key of machine.toml whose file -o may name, since --install puts that in force.
 std::string_view installed_key(const Options& options) {
   const auto* const calibrate = std::get_if<CalibrateOptions>(&options.command);
-  if (calibrate == nullptr || !calibrate->install) return {};
-  if (calibrate->what == CalibrateOptions::What::Table) return "table.calibration";
-  if (calibrate->what == CalibrateOptions::What::Surface) return "nightly.surface.file";
-  return {};
+  return calibrate != nullptr && calibrate->install ? calibrate->installed_key : std::string_view();
 }
 
 bool is_picture_folder(const Path& folder) {
@@ -91,6 +86,16 @@ std::string extension_of(const Path& path) {
     return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   });
   return extension;
+}
+
+Expected<void> check_extension(const std::string& command,
+                               const std::string& name,
+                               std::string_view extension) {
+  if (name.empty() || extension_of(name) == extension) return {};
+  return failure({Code::Usage,
+                  {command, 0, 0},
+                  "no format belongs to the output's name " + quoted(name),
+                  "a name that ends in " + std::string(extension)});
 }
 
 FileRegister files_in_use(const Options& options) {

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 #include "calib/base/expected.h"
 #include "machine/files/file_register.h"
@@ -13,6 +14,11 @@ namespace panelcal {
 
 /// Of a file's name, in small letters: formats belong to ".SVG" as to ".svg".
 std::string extension_of(const std::filesystem::path& path);
+
+/// Fails  usage, of `command` such as "panelcal plan": no `extension` at a name that is not empty
+Expected<void> check_extension(const std::string& command,
+                               const std::string& name,
+                               std::string_view extension);
 
 /// The inputs of a command line, and the files that its machine.toml names but those that
 /// `--install` puts in force.

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
 #include <filesystem>
 #include <string>
 #include <system_error>
@@ -11,6 +10,7 @@
 #include "machine/nightly/record/night_history.h"
 #include "machine/nightly/record/noted_heads.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/facts_output.h"
 #include "tools/cli/process/version.h"
 #include "tools/cli/provenance.h"
 #include "tools/history/facts.h"
@@ -18,10 +18,9 @@
 #include "tools/history/surface.h"
 #include "tools/history/text.h"
 #include "tools/history/verify.h"
-#include "tools/page/page.h"
 #include <fmt/format.h>
 
-namespace panelcal {
+namespace panelcal::history {
 namespace {
 
 using facts::Json;
@@ -63,62 +62,17 @@ Expected<LedgerFilter> filter_of(const HistoryOptions& options) {
   return filter;
 }
 
-std::string_view command_word(HistoryOptions::Action action) {
-  using Action = HistoryOptions::Action;
-  switch (action) {
-    case Action::List:
-      return "list";
-    case Action::Show:
-      return "show";
-    case Action::Diff:
-      return "diff";
-    case Action::RollBack:
-      return "rollback";
-    case Action::FreshStart:
-      return "fresh-start";
-    case Action::Plot:
-      return "plot";
-    case Action::Verify:
-      return "verify";
-    case Action::Export:
-      break;
-  }
-  return "export";
-}
-
 /// One call of `panelcal history`.
 class History {
  public:
   History(const HistoryOptions& options, CommandContext& context, Ledger ledger)
       : options_(options), context_(context), ledger_(std::move(ledger)) {}
 
-  /// Text to print.
-  Expected<std::string> answer() {
-    using Action = HistoryOptions::Action;
-    switch (options_.action) {
-      case Action::List:
-      case Action::Export:
-        return list();
-      case Action::Show:
-        return show();
-      case Action::Diff:
-        return diff();
-      case Action::RollBack:
-        return roll_back();
-      case Action::FreshStart:
-        return fresh_start();
-      case Action::Plot:
-        return plot();
-      case Action::Verify:
-        return verify();
-    }
-    return std::string();
-  }
-
-  /// The document of facts; to be called after answer().
+  /// The document of facts; to be called after one of the commands.
   Json document() const {
     Json out = facts::envelope("history", kHistoryVersion);
-    out["command"] = command_word(options_.action);
+    const std::string& command = context_.options.command_name;
+    out["command"] = command.substr(command.rfind(' ') + 1);
     out["ledger_file"] = options_.ledger;
     out.update(members_);
     Json& rows = out["provenance"] = Json::object();
@@ -128,71 +82,41 @@ class History {
     return out;
   }
 
-  bool wants_facts() const { return !options_.json.empty() || !options_.report.empty(); }
+  // The commands: the text to print.
 
- private:
-  Expected<bool> is_in_force(const LedgerEntry& entry) const {
-    PANELCAL_TRY(const std::optional<LedgerEntry> present, ledger_.in_force(entry.record.key));
-    return present && present->id == entry.id;
-  }
-
-  /// Into the document.
-  Expected<bool> add_entry(const LedgerEntry& entry) {
-    PANELCAL_TRY(const bool in_force, is_in_force(entry));
-    if (wants_facts()) members_["entries"].push_back(history::entry_facts(entry, in_force));
-    return in_force;
-  }
-
-  Expected<std::string> list() {
-    PANELCAL_TRY(const LedgerFilter filter, filter_of(options_));
-    const bool exports = options_.action == HistoryOptions::Action::Export;
-    members_["entries"] = Json::array();
-    std::string text;
-    const auto add = [&](const LedgerEntry& entry) -> Expected<void> {
-      PANELCAL_TRY(const bool in_force, add_entry(entry));
-      if (exports) {
-        PANELCAL_TRY(const std::string result, ledger_.result(entry.id));
-        text += history::entry_json(entry, in_force, result);
-      } else {
-        text += history::entry_line(entry, in_force);
-      }
-      return {};
-    };
-    PANELCAL_CHECK(ledger_.for_each(filter, add));
-    return text;
-  }
+  Expected<std::string> list() { return entries(false); }
+  Expected<std::string> export_entries() { return entries(true); }
 
   Expected<std::string> show() {
     const std::int64_t id = options_.ids.front();
     PANELCAL_TRY(const LedgerEntry entry, ledger_.entry(id));
     PANELCAL_TRY(const std::string result, ledger_.result(id));
     PANELCAL_TRY(const bool in_force, add_entry(entry));
-    if (wants_facts()) {
+    if (options_.facts.any()) {
       members_["entries"].back()["result"] = Json::parse(result, nullptr, false);
     }
-    return options_.result ? result : history::entry_page(entry, in_force);
+    return options_.result ? result : entry_page(entry, in_force);
   }
 
   Expected<std::string> diff() {
     PANELCAL_TRY(const LedgerEntry before, ledger_.entry(options_.ids.at(0)));
     PANELCAL_TRY(const LedgerEntry after, ledger_.entry(options_.ids.at(1)));
-    PANELCAL_TRY(const auto changes, history::changes_between(before, after, options_.ledger));
+    PANELCAL_TRY(const auto changes, changes_between(before, after, options_.ledger));
     PANELCAL_CHECK(add_entry(before));
     PANELCAL_CHECK(add_entry(after));
     Json& difference = members_["difference"];
-    difference = {{"before", before.id},
-                  {"after", after.id},
-                  {"parameters", history::changes_facts(changes)}};
-    const std::string text = history::changes_text(changes);
+    difference = {
+        {"before", before.id}, {"after", after.id}, {"parameters", changes_facts(changes)}};
+    const std::string text = changes_text(changes);
     const bool is_of_surfaces = before.record.key.kind == LedgerKind::Surface;
     if (options_.program.empty() && !is_of_surfaces) return text;
     PANELCAL_TRY(const std::string result_before, ledger_.result(before.id));
     PANELCAL_TRY(const std::string result_after, ledger_.result(after.id));
-    const history::CalibrationEntry was = {before, result_before}, is = {after, result_after};
+    const CalibrationEntry was = {before, result_before}, is = {after, result_after};
     const bool is_of_job = !options_.program.empty();
-    PANELCAL_TRY(const history::Answer more,
-                 is_of_job ? history::job_answer(options_, context_, was, is)
-                           : history::surface_answer(was, is, options_.ledger));
+    PANELCAL_TRY(const AnswerPart more,
+                 is_of_job ? job_answer(options_, context_, was, is)
+                           : surface_answer(was, is, options_.ledger));
     difference[is_of_job ? "job" : "surface"] = more.part;
     provenance_ = more.provenance;
     return text + more.text;
@@ -222,29 +146,11 @@ class History {
     return recorded(entry);
   }
 
-  /// Without the star: the text says what was recorded.
-  Expected<std::string> recorded(const LedgerEntry& entry) {
-    PANELCAL_CHECK(add_entry(entry));
-    return history::entry_line(entry, false);
-  }
-
-  /// A misspelt subject would be noted for something that no night ever calibrates.
-  Expected<void> check_known(const LedgerKey& key) const {
-    PANELCAL_TRY(const std::vector<LedgerEntry> entries, ledger_.list(key, 1));
-    if (!entries.empty() || key == self_test_key(key.machine)) return {};
-    return failure(
-        {Code::LedgerEntryUnknown,
-         {options_.ledger, 0, 0},
-         fmt::format("{} {} of {}", word(key.kind), quoted(key.subject), quoted(key.machine)),
-         "what `panelcal history list` shows"});
-  }
-
   Expected<std::string> plot() {
     PANELCAL_TRY(const LedgerKind kind, kind_of(options_.kind));
     const LedgerKey key{options_.machine, kind, options_.subject};
     PANELCAL_TRY(const LedgerSeries series, ledger_.series(key, options_.parameter));
-    PANELCAL_TRY(std::string text,
-                 history::series_text(series, key, options_.parameter, options_.ledger));
+    PANELCAL_TRY(std::string text, series_text(series, key, options_.parameter, options_.ledger));
     members_["parameter"] = options_.parameter;
     // Rollbacks too: what was in force follows from them.
     const auto add = [&](const LedgerEntry& entry) -> Expected<void> {
@@ -259,9 +165,57 @@ class History {
   }
 
   Expected<std::string> verify() {
-    PANELCAL_TRY(history::Answer answer, history::verify_answer(options_, context_, ledger_));
+    PANELCAL_TRY(AnswerPart answer, verify_answer(options_, context_, ledger_));
     members_["verification"] = std::move(answer.part);
     return std::move(answer.text);
+  }
+
+ private:
+  Expected<bool> is_in_force(const LedgerEntry& entry) const {
+    PANELCAL_TRY(const std::optional<LedgerEntry> present, ledger_.in_force(entry.record.key));
+    return present && present->id == entry.id;
+  }
+
+  /// Into the document.
+  Expected<bool> add_entry(const LedgerEntry& entry) {
+    PANELCAL_TRY(const bool in_force, is_in_force(entry));
+    if (options_.facts.any()) members_["entries"].push_back(entry_facts(entry, in_force));
+    return in_force;
+  }
+
+  Expected<std::string> entries(bool exports) {
+    PANELCAL_TRY(const LedgerFilter filter, filter_of(options_));
+    members_["entries"] = Json::array();
+    std::string text;
+    const auto add = [&](const LedgerEntry& entry) -> Expected<void> {
+      PANELCAL_TRY(const bool in_force, add_entry(entry));
+      if (exports) {
+        PANELCAL_TRY(const std::string result, ledger_.result(entry.id));
+        text += entry_json(entry, in_force, result);
+      } else {
+        text += entry_line(entry, in_force);
+      }
+      return {};
+    };
+    PANELCAL_CHECK(ledger_.for_each(filter, add));
+    return text;
+  }
+
+  /// Without the star: the text says what was recorded.
+  Expected<std::string> recorded(const LedgerEntry& entry) {
+    PANELCAL_CHECK(add_entry(entry));
+    return entry_line(entry, false);
+  }
+
+  /// A misspelt subject would be noted for something that no night ever calibrates.
+  Expected<void> check_known(const LedgerKey& key) const {
+    PANELCAL_TRY(const std::vector<LedgerEntry> entries, ledger_.list(key, 1));
+    if (!entries.empty() || key == self_test_key(key.machine)) return {};
+    return failure(
+        {Code::LedgerEntryUnknown,
+         {options_.ledger, 0, 0},
+         fmt::format("{} {} of {}", word(key.kind), quoted(key.subject), quoted(key.machine)),
+         "what `panelcal history list` shows"});
   }
 
   const HistoryOptions& options_;
@@ -287,44 +241,65 @@ Expected<void> check_no_record(const std::string& output, const CommandContext& 
                   "a file of its own for each output"});
 }
 
-Expected<void> history_answer(const HistoryOptions& options, CommandContext& context) {
-  for (const std::string* const output : {&options.output, &options.json, &options.report}) {
-    PANELCAL_CHECK(check_no_record(*output, context));
+using Make = Expected<std::string> (History::*)();
+
+Expected<Answer> answer(const HistoryOptions& options, CommandContext& context, Make make) {
+  for (const std::string& output : {options.output, options.facts.json, options.facts.report}) {
+    PANELCAL_CHECK(check_no_record(output, context));
   }
-  using Action = HistoryOptions::Action;
-  const bool records = options.action == Action::RollBack || options.action == Action::FreshStart;
+  const bool appends = make == &History::roll_back || make == &History::fresh_start;
   std::error_code ignored;
-  if (records && !std::filesystem::exists(options.ledger, ignored)) {
+  if (appends && !std::filesystem::exists(options.ledger, ignored)) {
     // If there is none, one would be started.
     return failure(
         {Code::FileUnreadable, {options.ledger, 0, 0}, "there is no such file", "a ledger"});
   }
   PANELCAL_TRY(Ledger ledger,
-               records ? Ledger::open(options.ledger, system_clock())
+               appends ? Ledger::open(options.ledger, system_clock())
                        : Ledger::open_to_read(options.ledger));
   History history(options, context, std::move(ledger));
-  PANELCAL_TRY(const std::string text, history.answer());
-  if (history.wants_facts()) {
-    const std::string document = facts::text(history.document());
-    if (!options.json.empty()) PANELCAL_CHECK(context.output.write_to(options.json, document));
-    const std::string title = "history of " + options.ledger;
-    if (!options.report.empty()) {
-      PANELCAL_CHECK(context.output.write_to(options.report, page_html(title, document)));
-    }
-  }
-  if (!options.output.empty()) return context.output.write_to(options.output, text);
-  // Standard output has one of them.
-  return options.json == "-" || options.report == "-" ? Expected<void>()
-                                                      : context.output.write(text);
+  PANELCAL_TRY(const std::string text, (history.*make)());
+  const auto document = [&] { return facts::text(history.document()); };
+  Answer answer =
+      state_facts(context, options.facts, "history of " + options.ledger, document, {text});
+  if (options.output.empty()) return answer;
+  PANELCAL_CHECK(context.output.write_to(options.output, text));
+  answer.text.clear();
+  return answer;
 }
 
 }  // namespace
 
-ExitCode run_command(const HistoryOptions& options, CommandContext& context) {
-  const Expected<void> done = history_answer(options, context);
-  if (done) return ExitCode::Done;
-  context.console.print(done.error());
-  return exit_code(done.error());
+Expected<Answer> list(const HistoryOptions& options, CommandContext& context) {
+  return answer(options, context, &History::list);
 }
 
-}  // namespace panelcal
+Expected<Answer> export_entries(const HistoryOptions& options, CommandContext& context) {
+  return answer(options, context, &History::export_entries);
+}
+
+Expected<Answer> show(const HistoryOptions& options, CommandContext& context) {
+  return answer(options, context, &History::show);
+}
+
+Expected<Answer> diff(const HistoryOptions& options, CommandContext& context) {
+  return answer(options, context, &History::diff);
+}
+
+Expected<Answer> roll_back(const HistoryOptions& options, CommandContext& context) {
+  return answer(options, context, &History::roll_back);
+}
+
+Expected<Answer> fresh_start(const HistoryOptions& options, CommandContext& context) {
+  return answer(options, context, &History::fresh_start);
+}
+
+Expected<Answer> plot(const HistoryOptions& options, CommandContext& context) {
+  return answer(options, context, &History::plot);
+}
+
+Expected<Answer> verify(const HistoryOptions& options, CommandContext& context) {
+  return answer(options, context, &History::verify);
+}
+
+}  // namespace panelcal::history

@@ -15,7 +15,7 @@
 namespace panelcal::history {
 
 /// The result of a command: for people, and as a part of the document.
-struct Answer {
+struct AnswerPart {
   std::string text;
   facts::Json part;
   Provenance provenance = {};

@@ -139,10 +139,10 @@ LookingMachine machine_of(const MachineConfig& config) {
 
 }  // namespace
 
-Expected<Answer> job_answer(const HistoryOptions& options,
-                            CommandContext& context,
-                            const CalibrationEntry& before,
-                            const CalibrationEntry& after) {
+Expected<AnswerPart> job_answer(const HistoryOptions& options,
+                                CommandContext& context,
+                                const CalibrationEntry& before,
+                                const CalibrationEntry& after) {
   PANELCAL_CHECK(check_options(options, before));
   JobRun job(options, context);
   PANELCAL_CHECK(job.read_job());
@@ -160,7 +160,7 @@ Expected<Answer> job_answer(const HistoryOptions& options,
   }
   JobShiftWords words = {job.program().source.file, {}};
   if (options.measurements.empty()) words.notes = std::move(change.notes);
-  return Answer{
+  return AnswerPart{
       job_shift_text(*shift, words),
       job_shift_facts(*shift, words),
       provenance_of(context.options, job.program(), {options.machine_file, options.measurements})};

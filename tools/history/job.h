@@ -12,9 +12,9 @@ namespace panelcal::history {
 /// to the console.
 ///
 /// Fails  usage; what the machine file, the program and its measurements report; as job_shift
-Expected<Answer> job_answer(const HistoryOptions& options,
-                            CommandContext& context,
-                            const CalibrationEntry& before,
-                            const CalibrationEntry& after);
+Expected<AnswerPart> job_answer(const HistoryOptions& options,
+                                CommandContext& context,
+                                const CalibrationEntry& before,
+                                const CalibrationEntry& after);
 
 }  // namespace panelcal::history

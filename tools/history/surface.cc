@@ -10,9 +10,9 @@
 
 namespace panelcal::history {
 
-Expected<Answer> surface_answer(const CalibrationEntry& before,
-                                const CalibrationEntry& after,
-                                const std::string& file) {
+Expected<AnswerPart> surface_answer(const CalibrationEntry& before,
+                                    const CalibrationEntry& after,
+                                    const std::string& file) {
   const std::string earlier = fmt::format("entry {}", before.entry.id);
   const std::string later = fmt::format("entry {}", after.entry.id);
   PANELCAL_TRY(StoredMap was, parse_map_file(before.result, file + " " + earlier));
@@ -25,7 +25,7 @@ Expected<Answer> surface_answer(const CalibrationEntry& before,
   }
   const surface::ComparedMaps maps = {
       earlier, later, std::move(was), std::move(is), *std::move(difference)};
-  return Answer{surface::difference_text(maps), surface::difference_facts(maps, {})};
+  return AnswerPart{surface::difference_text(maps), surface::difference_facts(maps, {})};
 }
 
 }  // namespace panelcal::history

@@ -13,8 +13,8 @@ namespace panelcal::history {
 ///
 /// In     file: the ledger's, for messages
 /// Fails  as parse_map_file() and difference_of()
-Expected<Answer> surface_answer(const CalibrationEntry& before,
-                                const CalibrationEntry& after,
-                                const std::string& file);
+Expected<AnswerPart> surface_answer(const CalibrationEntry& before,
+                                    const CalibrationEntry& after,
+                                    const std::string& file);
 
 }  // namespace panelcal::history

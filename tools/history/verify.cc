@@ -47,9 +47,9 @@ std::string verify_text(const LedgerHead& head, const NotingFiles& held) {
 
 }  // namespace
 
-Expected<Answer> verify_answer(const HistoryOptions& options,
-                               CommandContext& context,
-                               const Ledger& ledger) {
+Expected<AnswerPart> verify_answer(const HistoryOptions& options,
+                                   CommandContext& context,
+                                   const Ledger& ledger) {
   PANELCAL_TRY(const std::vector<fs::path> named, named_files(options));
   PANELCAL_TRY(const std::vector<fs::path> files, files_below(named));
   for (const fs::path& file : files) {
@@ -65,7 +65,7 @@ Expected<Answer> verify_answer(const HistoryOptions& options,
                     fmt::format("{}", fmt::join(missing, "; ")),
                     "every entry that was there when these files were written"});
   }
-  return Answer{verify_text(head, held), verify_facts(head, held)};
+  return AnswerPart{verify_text(head, held), verify_facts(head, held)};
 }
 
 }  // namespace panelcal::history

@@ -17,8 +17,8 @@ namespace panelcal::history {
 /// Fails  ledger-corrupt; ledger-cut-off; file-unreadable (a file of --against); output-in-use;
 ///        toml-syntax
 /// See    tests/tools/noted_heads_test.py
-Expected<Answer> verify_answer(const HistoryOptions& options,
-                               CommandContext& context,
-                               const Ledger& ledger);
+Expected<AnswerPart> verify_answer(const HistoryOptions& options,
+                                   CommandContext& context,
+                                   const Ledger& ledger);
 
 }  // namespace panelcal::history

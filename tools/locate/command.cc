@@ -12,6 +12,7 @@
 #include "calib/base/thread_pool.h"
 #include "machine/config/machine_config.h"
 #include "tools/cli/commands.h"
+#include "tools/locate/answer.h"
 #include "tools/locate/located_json.h"
 #include "tools/locate/overlay_paths.h"
 #include "tools/locate/suggest_command.h"
@@ -115,7 +116,7 @@ Expected<std::string> overlay_of(const std::string& file,
 
 /// The result of one picture, as it is written.
 struct Located {
-  std::string json;
+  facts::Json row;
   std::string overlay_png;  ///< empty: none is asked for
   Detection detection;
 };
@@ -131,7 +132,7 @@ Expected<Located> locate_one(const std::string& file,
   const Detection detection = locate(
       image, search.target, search.mapping ? &*search.mapping : nullptr, search.config.locate);
   Located located{
-      located_json({file, *options.tool, options.lists_candidates}, detection), "", detection};
+      located_row({file, *options.tool, options.lists_candidates}, detection), "", detection};
   if (search.overlays.empty()) return located;
   PANELCAL_TRY(located.overlay_png, overlay_of(file, image, detection, search));
   return located;
@@ -139,31 +140,30 @@ Expected<Located> locate_one(const std::string& file,
 
 Expected<void> write(const Located& located,
                      std::size_t i_image,
+                     const LocateCommandOptions& options,
                      const Search& search,
                      CommandContext& context) {
-  PANELCAL_CHECK(context.output.write(located.json));
+  if (options.facts.json != "-") PANELCAL_CHECK(context.output.write(facts::text(located.row)));
   if (search.overlays.empty()) return {};
   return write_file(search.overlays[i_image], located.overlay_png);
 }
 
 }  // namespace
 
-ExitCode run_command(const LocateCommandOptions& options, CommandContext& context) {
+Expected<Answer> run_command(const LocateCommandOptions& options, CommandContext& context) {
   if (options.suggests) return internal::suggest(options, context);
-  const auto search = prepare(options, context);
-  if (!search) {
-    context.console.print(search.error());
-    return exit_code(search.error());
-  }
+  PANELCAL_TRY(const Search search, prepare(options, context));
   DiagnosticLog log;
+  facts::Json rows = facts::Json::array();
   CommonScale scale;
   bool is_refused = false;
   const auto pool = make_thread_pool(options.n_threads, options.images.size());
-  const auto make = [&](std::size_t i) { return locate_one(options.images[i], options, *search); };
+  const auto make = [&](std::size_t i) { return locate_one(options.images[i], options, search); };
   const auto take = [&](std::size_t i, const Expected<Located>& located) {
     const Expected<void> done =
-        located ? write(*located, i, *search, context) : failure(located.error());
+        located ? write(*located, i, options, search, context) : failure(located.error());
     if (located) {
+      if (options.facts.any()) rows.push_back(located->row);
       scale.add(located->detection);
       is_refused |= located->detection.status != DetectionStatus::Found;
     }
@@ -175,9 +175,12 @@ ExitCode run_command(const LocateCommandOptions& options, CommandContext& contex
   };
   make_in_order(pool.get(), options.images.size(), make, take);
   if (is_refused) {
-    if (const auto warning = scale.warning(options.machine)) context.console.print(*warning);
+    if (const auto warning = scale.warning(options.machine)) {
+      context.console.print(*warning);
+      log.add(*warning);
+    }
   }
-  return exit_code(log);
+  return internal::locate_answer(options, context, rows, log);
 }
 
 }  // namespace panelcal

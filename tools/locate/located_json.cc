@@ -1,96 +1,93 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/locate/located_json.h"
 
-#include <cstddef>
-#include <string_view>
+#include <cmath>
 
-#include "calib/base/append_format.h"
-#include "calib/base/json/json_string.h"
 #include "vision/show/overlay.h"
+
 namespace panelcal {
 namespace {
 
-void append_point(std::string& out, const Eigen::Vector2d& v_px) {
-  internal::append_format(out, "[{},{}]", v_px.x(), v_px.y());
+using facts::Json;
+
+/// To `decimals` digits behind the point, as much as a picture tells.
+Json rounded(double value, int decimals) {
+  const double unit = std::pow(10, decimals);
+  return facts::number(std::round(value * unit) / unit);
 }
 
-void append_center(std::string& out, const TargetFit& fit) {
-  const Eigen::Matrix2d& cov_px2 = fit.center.cov;
-  out += ",\"center_px\":";
-  append_point(out, fit.center.position.in_px());
-  internal::append_format(
-      out,
-      ",\"cov_px\":[{},{},{}],\"size_px\":{:.4f},\"angle_rad\":{:.6f},\"score\":{:.4f}",
-      cov_px2(0, 0),
-      cov_px2(0, 1),
-      cov_px2(1, 1),
-      fit.size.in_px(),
-      fit.angle.in_rad(),
-      fit.score);
+void add_center(const TargetFit& fit, Json& row) {
+  row.update({{"center_px", facts::point(fit.center.position.in_px())},
+              {"cov_px", facts::covariance(fit.center.cov)},
+              {"size_px", rounded(fit.size.in_px(), 4)},
+              {"angle_rad", rounded(fit.angle.in_rad(), 6)},
+              {"score", rounded(fit.score, 4)}});
 }
 
-void append_details(std::string& out, const TargetFit& fit) {
-  internal::append_format(out,
-                          ",\"visible\":{:.4f},\"blur_px\":{:.4f},\"noise\":{:.4f}",
-                          fit.visible,
-                          fit.blur_px,
-                          fit.noise);
-  if (fit.axis_ratio != 1) internal::append_format(out, ",\"axis_ratio\":{:.6f}", fit.axis_ratio);
-  if (!fit.hole_offset_px.isZero(0)) {
-    out += ",\"hole_offset_px\":";
-    append_point(out, fit.hole_offset_px);
+void add_details(const TargetFit& fit, Json& row) {
+  row.update({{"visible", rounded(fit.visible, 4)},
+              {"blur_px", rounded(fit.blur_px, 4)},
+              {"noise", rounded(fit.noise, 4)}});
+  if (fit.axis_ratio != 1) row["axis_ratio"] = rounded(fit.axis_ratio, 6);
+  if (!fit.hole_offset_px.isZero(0)) row["hole_offset_px"] = facts::point(fit.hole_offset_px);
+  if (fit.blind_direction) row["blind_rad"] = rounded(fit.blind_direction->in_rad(), 6);
+  if (fit.tag_id) row["id"] = *fit.tag_id;
+  for (const auto& corner : fit.corners) {
+    row["corners_px"].push_back(facts::point(corner.position.in_px()));
   }
-  if (fit.blind_direction) {
-    internal::append_format(out, ",\"blind_rad\":{:.6f}", fit.blind_direction->in_rad());
-  }
-  if (fit.tag_id) internal::append_format(out, ",\"id\":{}", *fit.tag_id);
-  if (fit.corners.empty()) return;
-  out += ",\"corners_px\":[";
-  for (std::size_t i = 0; i < fit.corners.size(); ++i) {
-    if (i > 0) out += ',';
-    append_point(out, fit.corners[i].position.in_px());
-  }
-  out += ']';
 }
 
-void append_others(std::string& out, const Detection& detection) {
-  out += ",\"others\":[";
-  std::string_view separator = "";
+Json others_of(const Detection& detection) {
+  Json out = Json::array();
   for (const Candidate& other : other_candidates(detection)) {
-    out += separator;
-    separator = ",";
-    out += "{\"center_px\":";
-    append_point(out, other.center.in_px());
-    internal::append_format(
-        out, ",\"size_px\":{:.4f},\"score\":{:.4f}", other.size.in_px(), other.score);
-    if (!other.reason.empty()) {
-      out += ",\"reason\":";
-      append_json_string(out, other.reason);
-    }
-    out += '}';
+    Json& row = out.emplace_back(Json{{"center_px", facts::point(other.center.in_px())},
+                                      {"size_px", rounded(other.size.in_px(), 4)},
+                                      {"score", rounded(other.score, 4)}});
+    if (!other.reason.empty()) row["reason"] = other.reason;
   }
-  out += ']';
+  return out;
 }
 
 }  // namespace
 
-std::string located_json(const LocatedTarget& located, const Detection& detection) {
-  std::string out = "{\"image\":";
-  append_json_string(out, located.image);
-  internal::append_format(
-      out, ",\"tool\":{},\"status\":\"{}\"", located.tool, name(detection.status));
+Json located_row(const LocatedTarget& located, const Detection& detection) {
+  Json row = {{"image", located.image}, {"tool", located.tool}, {"status", name(detection.status)}};
   const bool is_found = detection.status == DetectionStatus::Found;
-  if (is_found) append_center(out, *detection.best);
-  internal::append_format(out, ",\"candidates\":{}", detection.n_candidates);
-  if (!detection.reason.empty()) {
-    out += ",\"reason\":";
-    append_json_string(out, detection.reason);
-  }
-  if (is_found) append_details(out, *detection.best);
+  if (is_found) add_center(*detection.best, row);
+  row["candidates"] = detection.n_candidates;
+  if (!detection.reason.empty()) row["reason"] = detection.reason;
+  if (is_found) add_details(*detection.best, row);
   if (located.lists_candidates || detection.status == DetectionStatus::Ambiguous) {
-    append_others(out, detection);
+    row["others"] = others_of(detection);
   }
-  return out + "}\n";
+  return row;
+}
+
+Json suggested_row(const PictureMarks& picture) {
+  Json groups = Json::array();
+  for (const MarkGroup& group : group_marks(picture.marks)) {
+    const SeenMark& best = group.best();
+    Json& row =
+        groups.emplace_back(Json{{"shape", name(best.shape)}, {"polarity", name(best.polarity)}});
+    if (!best.family.empty()) row["family"] = best.family;
+    row["size_px"] = rounded(group.size.in_px(), 2);
+    row["contrast"] = rounded(group.contrast, 4);
+    for (const SeenMark& mark : group.marks) {
+      const Eigen::Vector2d& center_px = mark.center.in_px();
+      Json& one = row["marks"].emplace_back(
+          Json{{"center_px", {rounded(center_px.x(), 2), rounded(center_px.y(), 2)}},
+               {"size_px", rounded(mark.size.in_px(), 2)},
+               {"angle_rad", rounded(mark.angle.in_rad(), 4)},
+               {"contrast", rounded(mark.contrast, 4)},
+               {"quality", rounded(mark.quality, 4)}});
+      if (mark.detail) {
+        const bool has_arms = mark.shape == Shape::Cross;
+        one[has_arms ? "width_px" : "inner_px"] = rounded(mark.detail->in_px(), 2);
+      }
+      if (mark.tag_id) one["id"] = *mark.tag_id;
+    }
+  }
+  return {{"image", picture.image}, {"groups", std::move(groups)}};
 }
 
 }  // namespace panelcal

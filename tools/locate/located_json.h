@@ -3,8 +3,11 @@
 
 #include <string>
 
+#include "calib/base/json/facts.h"
+#include "tools/locate/suggestion.h"
 #include "vision/locate/locate.h"
 
+// Rows of `panelcal locate`, one a picture: docs/formats/located_targets.md.
 namespace panelcal {
 
 /// Picture and tool of a located target, and the detail of its output.
@@ -14,9 +17,11 @@ struct LocatedTarget {
   bool lists_candidates = false;  ///< also if the target was found
 };
 
-/// The output of `panelcal locate` for one picture: a JSON object and a line end.
+/// See    tests/tools/locate/located_json_test.cc
+facts::Json located_row(const LocatedTarget& located, const Detection& detection);
+/// The groups of marks of a picture.
 ///
-/// See    docs/formats/located_targets.md; tests/tools/locate/located_json_test.cc
-std::string located_json(const LocatedTarget& located, const Detection& detection);
+/// See    tests/tools/locate/suggestion_test.cc
+facts::Json suggested_row(const PictureMarks& picture);
 
 }  // namespace panelcal

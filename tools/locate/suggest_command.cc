@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/locate/suggest_command.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <filesystem>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <utility>
@@ -12,6 +14,8 @@
 #include "calib/base/files/atomic_file.h"
 #include "calib/base/thread_pool.h"
 #include "machine/config/machine_config.h"
+#include "tools/locate/answer.h"
+#include "tools/locate/located_json.h"
 #include "tools/locate/overlay_paths.h"
 #include "tools/locate/suggestion.h"
 #include "vision/picture/files/image_io.h"
@@ -79,53 +83,42 @@ Expected<Suggested> look_at(const std::string& file,
 }
 
 /// Writes what can be written at once, and keeps the marks.
-Expected<void> keep(Suggested suggested,
-                    const Path* overlay,
-                    const LocateCommandOptions& options,
-                    CommandContext& context,
-                    std::vector<PictureMarks>& pictures) {
+Expected<void> keep(Suggested suggested, const Path* overlay, std::vector<PictureMarks>& pictures) {
   if (overlay != nullptr) PANELCAL_CHECK(write_file(*overlay, suggested.overlay_png));
-  if (options.json) return context.output.write(suggestion_json(suggested.picture));
   pictures.push_back(std::move(suggested.picture));
   return {};
 }
 
 }  // namespace
 
-ExitCode suggest(const LocateCommandOptions& options, CommandContext& context) {
-  const auto refuse = [&](const Diagnostic& problem) {
-    context.console.print(problem);
-    return exit_code(problem);
-  };
-  const auto facts = picture_facts(options);
-  if (!facts) return refuse(facts.error());
+Expected<Answer> suggest(const LocateCommandOptions& options, CommandContext& context) {
+  PANELCAL_TRY(const PictureFacts of_machine, picture_facts(options));
   std::vector<Path> overlays;
   if (!options.overlay.empty()) {
-    auto paths = make_overlay_paths(options, context);
-    if (!paths) return refuse(paths.error());
-    overlays = *std::move(paths);
+    PANELCAL_TRY(overlays, make_overlay_paths(options, context));
   }
   DiagnosticLog log;
   std::vector<PictureMarks> pictures;
   const auto pool = make_thread_pool(options.n_threads, options.images.size());
-  const auto make = [&](std::size_t i) { return look_at(options.images[i], options, *facts); };
+  const auto make = [&](std::size_t i) { return look_at(options.images[i], options, of_machine); };
   const auto take = [&](std::size_t i, Expected<Suggested> suggested) {
     const Path* const overlay = overlays.empty() ? nullptr : &overlays[i];
     const Expected<void> done =
-        suggested ? keep(*std::move(suggested), overlay, options, context, pictures)
-                  : failure(suggested.error());
+        suggested ? keep(*std::move(suggested), overlay, pictures) : failure(suggested.error());
     if (done) return true;
     context.console.print(done.error());
     log.add(done.error());
     return done.error().code != Code::DeviceWrite;
   };
   make_in_order(pool.get(), options.images.size(), make, take);
-  if (!options.json && !pictures.empty()) {
-    if (const auto done = context.output.write(suggestion_toml(pictures, facts->pixel)); !done) {
-      return refuse(done.error());
-    }
-  }
-  return exit_code(log);
+  facts::Json rows = facts::Json::array();
+  if (options.facts.any())
+    std::ranges::transform(pictures, std::back_inserter(rows), suggested_row);
+  return locate_answer(options,
+                       context,
+                       rows,
+                       log,
+                       pictures.empty() ? "" : suggestion_toml(pictures, of_machine.pixel));
 }
 
 }  // namespace panelcal::internal

@@ -6,6 +6,6 @@
 namespace panelcal::internal {
 
 /// `panelcal locate --suggest`.
-ExitCode suggest(const LocateCommandOptions& options, CommandContext& context);
+Expected<Answer> suggest(const LocateCommandOptions& options, CommandContext& context);
 
 }  // namespace panelcal::internal

@@ -92,26 +92,6 @@ std::string block(const MarkGroup& group, std::size_t number, std::optional<Leng
   return out;
 }
 
-void append_mark(std::string& out, const SeenMark& mark) {
-  internal::append_format(out,
-                          "{{\"center_px\":[{:.2f},{:.2f}],\"size_px\":{:.2f},\"angle_rad\":{:.4f},"
-                          "\"contrast\":{:.4f},\"quality\":{:.4f}",
-                          mark.center.in_px().x(),
-                          mark.center.in_px().y(),
-                          mark.size.in_px(),
-                          mark.angle.in_rad(),
-                          mark.contrast,
-                          mark.quality);
-  if (mark.detail) {
-    internal::append_format(out,
-                            ",\"{}\":{:.2f}",
-                            mark.shape == Shape::Cross ? "width_px" : "inner_px",
-                            mark.detail->in_px());
-  }
-  if (mark.tag_id) internal::append_format(out, ",\"id\":{}", *mark.tag_id);
-  out += '}';
-}
-
 }  // namespace
 
 std::string suggestion_toml(const std::vector<PictureMarks>& pictures,
@@ -137,35 +117,6 @@ std::string suggestion_toml(const std::vector<PictureMarks>& pictures,
     out += block(groups[i], i + 1, pixel);
   }
   return out;
-}
-
-std::string suggestion_json(const PictureMarks& picture) {
-  std::string out = "{\"image\":";
-  append_json_string(out, picture.image);
-  out += ",\"groups\":[";
-  std::string_view separator = "";
-  for (const MarkGroup& group : group_marks(picture.marks)) {
-    out += std::exchange(separator, ",");
-    internal::append_format(out,
-                            "{{\"shape\":\"{}\",\"polarity\":\"{}\"",
-                            name(group.best().shape),
-                            name(group.best().polarity));
-    if (!group.best().family.empty()) {
-      out += ",\"family\":";
-      append_json_string(out, group.best().family);
-    }
-    internal::append_format(out,
-                            ",\"size_px\":{:.2f},\"contrast\":{:.4f},\"marks\":[",
-                            group.size.in_px(),
-                            group.contrast);
-    std::string_view comma = "";
-    for (const SeenMark& mark : group.marks) {
-      out += std::exchange(comma, ",");
-      append_mark(out, mark);
-    }
-    out += "]}";
-  }
-  return out + "]}\n";
 }
 
 }  // namespace panelcal

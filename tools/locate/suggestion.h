@@ -24,7 +24,4 @@ struct PictureMarks {
 /// See    docs/formats/located_targets.md; tests/tools/locate/suggestion_test.cc
 std::string suggestion_toml(const std::vector<PictureMarks>& pictures, std::optional<Length> pixel);
 
-/// The groups of one picture as a JSON object and a line end.
-std::string suggestion_json(const PictureMarks& picture);
-
 }  // namespace panelcal

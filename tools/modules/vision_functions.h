@@ -17,6 +17,7 @@ inline constexpr const char* kVisionModule = "libpanelcal_vision.so";
 struct VisionFunctions {
   decltype(&panelcal::read_image) read_image;
   decltype(&panelcal::decode_image) decode_image;
+  decltype(&panelcal::encode_jpeg) encode_jpeg;
   decltype(&panelcal::encode_png) encode_png;
   decltype(&panelcal::write_png) write_png;
   decltype(&panelcal::locate) locate;

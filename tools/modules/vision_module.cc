@@ -9,6 +9,7 @@ namespace {
 constexpr panelcal::modules::VisionFunctions kVisionFunctions = {
     .read_image = &panelcal::read_image,
     .decode_image = &panelcal::decode_image,
+    .encode_jpeg = &panelcal::encode_jpeg,
     .encode_png = &panelcal::encode_png,
     .write_png = &panelcal::write_png,
     .locate = &panelcal::locate,

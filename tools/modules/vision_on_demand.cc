@@ -21,6 +21,10 @@ Expected<Image> decode_image(std::string_view bytes, std::string_view name) {
   return vision_functions().decode_image(bytes, name);
 }
 
+Expected<std::string> encode_jpeg(const Image& image, int max_side_px) {
+  return vision_functions().encode_jpeg(image, max_side_px);
+}
+
 Expected<std::string> encode_png(const Image& image) {
   return vision_functions().encode_png(image);
 }

@@ -21,11 +21,11 @@
 #include "machine/nightly/record/night_lock.h"
 #include "machine/sources/device_set.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/facts_output.h"
 #include "tools/cli/output_paths.h"
 #include "tools/cli/process/version.h"
 #include "tools/cli/provenance.h"
 #include "tools/nightly/report.h"
-#include "tools/page/page.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -66,34 +66,25 @@ class NightlyRun {
   NightlyRun(const NightlyOptions& options, CommandContext& context)
       : options_(options), context_(context) {}
 
-  ExitCode execute_all() {
-    if (const auto asked = check_options(); !asked) return fail(asked.error());
+  Expected<Answer> execute_all() {
+    PANELCAL_CHECK(check_options());
     // If machine.toml is no TOML, the folder of reports is unknown.
     if (auto files = find_night_files(options_.machine)) files_ = *std::move(files);
-    if (const auto free = check_reports(); !free) return fail(free.error());
-    Expected<NightRecord> record = run();
-    if (!record) {
-      const ExitCode code = fail(record.error());
-      // The run that holds the lock reports for itself. Any other reason not to measure is read in
-      // the morning: the page of the night before would still say that the machine may drill.
-      const bool is_read = code == ExitCode::DeviceFailed || has_report();
-      if (is_read && !another_runs_) write_reports(failed_record(record.error()));
-      return code;
-    }
-    ExitCode code = static_cast<ExitCode>(exit_code(*record));
-    if (!write_reports(*record)) code = ExitCode::DeviceFailed;
-    return code;
+    PANELCAL_CHECK(check_reports());
+    const Expected<NightRecord> record = run();
+    if (record) return write_reports(*record, static_cast<ExitCode>(exit_code(*record)));
+    const ExitCode code = exit_code(record.error());
+    // The run that holds the lock reports for itself. Any other reason not to measure is read in
+    // the morning: the page of the night before would still say that the machine may drill.
+    const bool is_read = code == ExitCode::DeviceFailed || has_report();
+    if (!is_read || another_runs_) return failure(record.error());
+    context_.console.print(record.error());
+    return write_reports(failed_record(record.error()), code);
   }
 
  private:
-  ExitCode fail(const Diagnostic& diagnostic) {
-    context_.console.print(diagnostic);
-    return exit_code(diagnostic);
-  }
-
   bool has_report() const {
-    return !options_.is_dry_run &&
-           !(files_.reports.empty() && options_.report.empty() && options_.json.empty());
+    return !options_.is_dry_run && !(files_.reports.empty() && !options_.facts.any());
   }
 
   Expected<void> check_options() {
@@ -216,28 +207,27 @@ class NightlyRun {
     return out;
   }
 
-  /// False if something could not be written; the night is what it is all the same.
-  bool write_reports(const NightRecord& record) {
-    std::string html = options_.report;
-    std::string json = options_.json;
+  /// The night is what it is if something cannot be written.
+  Answer write_reports(const NightRecord& record, ExitCode code) {
+    FactsFiles facts = options_.facts;
     const std::filesystem::path& folder = files_.reports;
     // A dry run leaves traces only where they were asked for.
     if (!record.is_dry_run && !folder.empty()) {
       const std::string name = report_name(folder, record);
-      if (html.empty()) html = in_folder(folder, name + ".html");
-      if (json.empty()) json = in_folder(folder, name + ".json");
+      if (facts.report.empty()) facts.report = in_folder(folder, name + ".html");
+      if (facts.json.empty()) facts.json = in_folder(folder, name + ".json");
       std::error_code ignored;
       // If it cannot be made, writing says why.
       std::filesystem::create_directories(folder, ignored);
     }
-    const std::string document = facts::text(nightly::night_facts(record, provenance()));
-    const std::string title = fmt::format("Night of {} on {}", record.night, record.machine);
-    bool is_good = write(html, page_html(title, document));
-    is_good = write(json, document) && is_good;
-    if (html == "-" || json == "-") return is_good;
     std::string text = nightly::night_text(record);
-    if (!html.empty()) text += "report: " + html + "\n";
-    return take(context_.output.write(text)) && is_good;
+    if (!facts.report.empty()) text += "report: " + facts.report + "\n";
+    const auto document = [&] { return facts::text(nightly::night_facts(record, provenance())); };
+    return state_facts(context_,
+                       facts,
+                       fmt::format("Night of {} on {}", record.night, record.machine),
+                       document,
+                       {std::move(text), code});
   }
 
   /// "2026-11-21"; or "2026-11-21-2" and so on, so that a run that found out less does not take the
@@ -274,16 +264,6 @@ class NightlyRun {
     return (folder / name).lexically_normal().string();
   }
 
-  bool write(const std::string& file, const std::string& bytes) {
-    if (file.empty()) return true;
-    return take(file == "-" ? context_.output.write(bytes) : write_file(file, bytes));
-  }
-
-  bool take(const Expected<void>& done) {
-    if (!done) context_.console.print(done.error());
-    return done.has_value();
-  }
-
   const NightlyOptions& options_;
   CommandContext& context_;
   Clock clock_;
@@ -296,7 +276,7 @@ class NightlyRun {
 
 }  // namespace
 
-ExitCode run_command(const NightlyOptions& options, CommandContext& context) {
+Expected<Answer> run_command(const NightlyOptions& options, CommandContext& context) {
   return NightlyRun(options, context).execute_all();
 }
 

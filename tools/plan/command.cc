@@ -16,9 +16,9 @@
 #include "machine/job/walk_terms.h"
 #include "machine/sources/measurement_file_source.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/facts_output.h"
 #include "tools/cli/output_paths.h"
 #include "tools/cli/provenance.h"
-#include "tools/page/page.h"
 #include "tools/plan/design/design.h"
 #include "tools/plan/output/json.h"
 #include "tools/plan/output/text.h"
@@ -52,15 +52,18 @@ class PlanRun {
   PlanRun(const PlanOptions& options, CommandContext& context)
       : options_(options), context_(context) {}
 
-  ExitCode execute_all() {
-    if (!prepare() || !check() || !read_noise()) return finish();
-    const plan::Plan made = plan::make_plan(
-        checked_->program, config_.walk, checked_->nominal_survey, programmed_, request_);
-    write_facts(made);
-    if (options_.json != "-") {
-      take(context_.output.write(plan::plan_text(made, checked_->nominal_survey)));
+  Answer execute_all() {
+    Answer answer;
+    if (prepare() && check() && read_noise()) {
+      answer = state(plan::make_plan(
+          checked_->program, config_.walk, checked_->nominal_survey, programmed_, request_));
+      if (answer.code == ExitCode::Done && !options_.facts.report.empty()) {
+        context_.console.say("plan: " + options_.facts.report);
+      }
     }
-    return finish();
+    context_.console.print(log_);
+    answer.code = std::max(answer.code, exit_code(log_));
+    return answer;
   }
 
  private:
@@ -83,10 +86,7 @@ class PlanRun {
   }
 
   bool prepare() {
-    if (!options_.report.empty() && extension_of(options_.report) != ".html") {
-      return refuse("no format belongs to the output's name " + quoted(options_.report),
-                    "a name that ends in .html");
-    }
+    if (!take(check_extension("panelcal plan", options_.facts.report, ".html"))) return false;
     if (!take(read_machine_config(options_.machine), config_)) return false;
     // Targets that are where they are drawn speak for no model.
     request_.chooses_model = std::exchange(config_.walk.chooses_model, false);
@@ -175,8 +175,7 @@ class PlanRun {
     return true;
   }
 
-  void write_facts(const plan::Plan& made) {
-    if (options_.json.empty() && options_.report.empty()) return;
+  Answer state(const plan::Plan& made) {
     plan::PlanOrigin origin{
         checked_->program.source.file,
         config_.name,
@@ -185,21 +184,12 @@ class PlanRun {
     if (drills_the_time(checked_->program) || config_.drift_um_per_sqrt_day > 0) {
       origin.provenance.emplace_back("clock", time_);
     }
-    const std::string document =
-        facts::text(plan::plan_facts(made, checked_->nominal_survey, origin));
-    if (options_.json == "-") {
-      take(context_.output.write(document));
-    } else if (!options_.json.empty()) {
-      take(write_file(options_.json, document));
-    }
-    if (options_.report.empty()) return;
-    const std::string page = page_html("Plan: " + origin.program, document);
-    if (take(write_file(options_.report, page))) context_.console.say("plan: " + options_.report);
-  }
-
-  ExitCode finish() {
-    context_.console.print(log_);
-    return exit_code(log_);
+    const Survey& survey = checked_->nominal_survey;
+    return state_facts(context_,
+                       options_.facts,
+                       "Plan: " + origin.program,
+                       [&] { return facts::text(plan::plan_facts(made, survey, origin)); },
+                       {plan::plan_text(made, survey)});
   }
 
   const PlanOptions& options_;
@@ -214,7 +204,7 @@ class PlanRun {
 
 }  // namespace
 
-ExitCode run_command(const PlanOptions& options, CommandContext& context) {
+Expected<Answer> run_command(const PlanOptions& options, CommandContext& context) {
   return PlanRun(options, context).execute_all();
 }
 

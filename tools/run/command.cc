@@ -14,6 +14,7 @@
 #include "machine/config/machine_config.h"
 #include "machine/job/camera_pose.h"
 #include "machine/job/facts/job_facts.h"
+#include "machine/job/facts/seen_pictures.h"
 #include "machine/job/job.h"
 #include "machine/job/summary/depth_summary.h"
 #include "machine/job/summary/verdict_summary.h"
@@ -22,13 +23,12 @@
 #include "machine/sim/truth.h"
 #include "surface/map/file.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/facts_output.h"
 #include "tools/cli/operator_prompt.h"
 #include "tools/cli/output_paths.h"
 #include "tools/cli/process/version.h"
 #include "tools/cli/provenance.h"
-#include "tools/page/page.h"
 #include "tools/run/fits_summary.h"
-#include "tools/run/seen_pictures.h"
 #include "vision/suggest/common_scale.h"
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -62,8 +62,8 @@ Expected<std::optional<ExplainChoice>> explain_choice(const RunOptions& options)
     return failure(usage("--explain " + quoted(options.explain),
                          "L and a line, such as L14, or the number of a place from 1"));
   }
-  if (options.output.empty() && !(options.report.empty() && options.json.empty())) {
-    const std::string_view option = options.report.empty() ? "--json" : "--report";
+  if (options.output.empty() && options.facts.any()) {
+    const std::string_view option = options.facts.report.empty() ? "--json" : "--report";
     return failure(usage(fmt::format("{} without an output", option), "-o OUTPUT as well"));
   }
   return choice;
@@ -97,14 +97,12 @@ class RunCommand {
       is_written_ = result->is_committed;
       tell(*result);
       explain_refused_fits(*result->survey);
-      state_facts(*result);
+      state(*result);
     }
     return finish();
   }
 
  private:
-  bool states_facts() const { return !options_.report.empty() || !options_.json.empty(); }
-
   bool take(Expected<void> done) {
     if (!done) log_.add(std::move(done).error());
     return done.has_value();
@@ -148,7 +146,7 @@ class RunCommand {
     if (!options_.slots.empty()) job_.keeps_slots = options_.slots == "keep";
     if (options_.resolution_um) job_.resolution = um(*options_.resolution_um);
     job_.force = options_.force;
-    job_.compares_models = job_.finds_worst_place = job_.keeps_places = states_facts();
+    job_.compares_models = job_.finds_worst_place = job_.keeps_places = options_.facts.any();
     job_.max_operations = options_.max_operations;
     note_provenance(time);
     if (options_.output == "-") {
@@ -161,7 +159,7 @@ class RunCommand {
 
   /// The digest of a large program takes as long as reading it, so it is made where it is told.
   void note_provenance(const std::string& time) {
-    const bool is_told = states_facts() || (job_.format && has_comments(*job_.format));
+    const bool is_told = options_.facts.any() || (job_.format && has_comments(*job_.format));
     if (!is_told) return;
     provenance_ = provenance_of(context_.options,
                                 job_.program,
@@ -195,7 +193,7 @@ class RunCommand {
 
   /// Sizes are for the explanation of a refusal, pictures for the report.
   PictureObserver observer() {
-    PictureObserver draw = states_facts() ? pictures_.observer() : PictureObserver();
+    PictureObserver draw = options_.facts.any() ? pictures_.observer() : PictureObserver();
     return [this, draw](const SeenView& seen) {
       scale_.add(seen.detection);
       if (draw) draw(seen);
@@ -245,7 +243,7 @@ class RunCommand {
     Console& console = context_.console;
     if (!result.explanation.empty()) {
       // With a result on standard output the explanation must not mix with it.
-      if (options_.output == "-" || options_.json == "-") {
+      if (options_.output == "-" || options_.facts.json == "-") {
         console.say(result.explanation);
       } else {
         take(context_.output.write(result.explanation));
@@ -271,24 +269,13 @@ class RunCommand {
     if (result.truth) console.say("\nerror against truth\n" + result.truth->summary());
   }
 
-  JobFactsInput facts_input(const JobResult& result) {
-    JobFactsInput input;
+  JobFactsInput all_facts_of(const JobResult& result) {
+    JobFactsInput input = facts_input(result);
     input.program_file = job_.program.source.file;
     input.machine_name = machine_.name;
-    input.source = result.source;
     input.output_file = is_written_ ? options_.output : "";
     input.forced = is_written_ && log_.has_errors();
-    input.survey = result.survey.get();
-    input.tally = result.is_executed ? &result.tally : nullptr;
-    input.places = result.is_executed ? result.places.get() : nullptr;
-    input.truth = result.is_executed ? result.truth.get() : nullptr;
-    input.verdict = result.verdict.get();
-    input.depth = result.depth.get();
-    input.unstated = result.unstated;
     input.common_scale = scale_.words().value_or("");
-    input.worst_hole = result.worst_hole;
-    input.worst_number = result.worst_number;
-    if (result.surface_use) input.surface_use = result.surface_use->summary();
     input.pictures = std::move(pictures_.by_seq);
     input.diagnostics = log_.kept();
     input.provenance = provenance_;
@@ -298,18 +285,20 @@ class RunCommand {
     return input;
   }
 
-  /// As JSON and as a page that shows the same.
-  void state_facts(const JobResult& result) {
-    if (!states_facts()) return;
+  void state(const JobResult& result) {
+    if (!options_.facts.any()) return;
     warn_of_scale();
-    const JobFactsInput input = facts_input(result);
-    const std::string facts = job_facts(input);
-    if (!options_.json.empty()) take(context_.output.write_to(options_.json, facts));
-    if (options_.report.empty()) return;
-    const std::string title = input.program_file + " - panelcal";
-    if (take(context_.output.write_to(options_.report,
-                                      page_html(title, facts, job_pictures(input))))) {
-      context_.console.say("report: " + options_.report);
+    const JobFactsInput input = all_facts_of(result);
+    stated_ = state_facts(
+                  context_,
+                  options_.facts,
+                  input.program_file + " - panelcal",
+                  [&] { return job_facts(input); },
+                  {},
+                  job_pictures(input))
+                  .code;
+    if (stated_ == ExitCode::Done && !options_.facts.report.empty()) {
+      context_.console.say("report: " + options_.facts.report);
     }
   }
 
@@ -323,7 +312,7 @@ class RunCommand {
                            : options_.output == "-" ? "nothing was written to standard output"
                                                     : "nothing was written to " + options_.output);
     }
-    return exit_code(log_);
+    return std::max(exit_code(log_), stated_);
   }
 
   const RunOptions& options_;
@@ -338,12 +327,13 @@ class RunCommand {
   std::unique_ptr<ThreadPool> pool_;
   std::unique_ptr<JobOutput> output_;
   bool is_written_ = false;
+  ExitCode stated_ = ExitCode::Done;  ///< of the facts
 };
 
 }  // namespace
 
-ExitCode run_command(const RunOptions& options, CommandContext& context) {
-  return RunCommand(options, context).run();
+Expected<Answer> run_command(const RunOptions& options, CommandContext& context) {
+  return Answer{{}, RunCommand(options, context).run()};
 }
 
 }  // namespace panelcal

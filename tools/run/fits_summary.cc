@@ -4,9 +4,10 @@
 #include <algorithm>
 #include <cstddef>
 #include <limits>
+#include <map>
 
 #include "calib/base/append_format.h"
-#include "tools/run/model_lines.h"
+#include "calib/base/number_text.h"
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -42,16 +43,6 @@ std::string calibrations_summary(const Survey& survey) {
   return out +
          "calibrated for this job only: `panelcal calibrate spindle-camera --install` is for "
          "later ones\n";
-}
-
-double worst_residual_um(const SeriesResult& series) {
-  double worst_mm = 0;
-  const auto take = [&](const auto& residuals) {
-    for (const auto& residual : residuals) worst_mm = std::max(worst_mm, residual.in_mm().norm());
-  };
-  if (series.base) take(series.base->residuals);
-  if (series.nested) take(series.nested->residuals);
-  return worst_mm * 1e3;
 }
 
 /// Empty for a program that probes nothing.
@@ -114,12 +105,31 @@ std::string assignments_summary(const Survey& survey) {
 std::string misfits_summary(const Survey& survey) {
   std::string out;
   for (const SeriesResult& series : survey.series) {
-    const double ratio = series.misfit_ratio();
-    if (ratio == 1) continue;
-    out += fmt::format(
-        "misfit (series of line {}): sigma of its fit grows {:.1f} times\n", series.line, ratio);
+    if (series.misfit_ratio == 1) continue;
+    out += fmt::format("misfit (series of line {}): sigma of its fit grows {:.1f} times\n",
+                       series.line,
+                       series.misfit_ratio);
   }
   return out;
+}
+
+/// "models of 12 nested fits: 10 offset, 2 rigid"
+std::string nested_models_line(const Survey& survey) {
+  std::map<PanelModel, int> count;
+  int n = 0;
+  for (const SeriesResult& series : survey.series) {
+    if (!series.nested || !series.chose_model) continue;
+    ++count[series.model];
+    ++n;
+  }
+  if (n == 0) return {};
+  std::string out = fmt::format("models of {}:", internal::counted(n, "nested fit"));
+  std::string_view separator = " ";
+  for (const auto& [model, n_fits] : count) {
+    out += fmt::format("{}{} {}", separator, n_fits, name(model));
+    separator = ", ";
+  }
+  return out + "\n";
 }
 
 /// The gates of base and of nested fits.
@@ -142,8 +152,13 @@ std::string fits_summary(const Survey& survey) {
   const auto n_found =
       std::ranges::count(survey.measurements, MeasurementStatus::Found, &Measurement::status);
   if (!survey.measurements.empty() || survey.probes.empty()) {
-    internal::append_format(
-        out, "measured {} targets, {} found\n", survey.measurements.size(), n_found);
+    const auto n_skipped =
+        std::ranges::count(survey.measurements, MeasurementStatus::Skipped, &Measurement::status);
+    internal::append_format(out,
+                            "measured {} targets, {} found{}\n",
+                            survey.measurements.size(),
+                            n_found,
+                            n_skipped > 0 ? fmt::format(", {} skipped", n_skipped) : "");
   }
   out += probes_summary(survey);
   out += assignments_summary(survey) + causes_summary(survey);
@@ -152,24 +167,10 @@ std::string fits_summary(const Survey& survey) {
   for (const SeriesResult& series : survey.series) {
     if (series.nested) {
       ++n_nested;
-      worst_nested_um = std::max(worst_nested_um, worst_residual_um(series));
+      worst_nested_um = std::max(worst_nested_um, series.worst_residual_um());
     }
     if (!series.base) continue;
-    const auto& map = series.base->map.map;
-    const PanelDeformation panel = deformation_of(map.linear());
-    internal::append_format(
-        out,
-        "panel (line {}): turned {:+.4f} mrad, stretched {:+.1f} ppm in x and {:+.1f} ppm "
-        "in y, worst residual {:.3f} um\n",
-        series.line,
-        panel.rotation_rad * 1e3,
-        (panel.scale_x - 1) * 1e6,
-        (panel.scale_y - 1) * 1e6,
-        worst_residual_um(series));
-    if (series.is_smooth()) {
-      internal::append_format(out, "panel (line {}): {}\n", series.line, model_text(series));
-    }
-    out += model_line(series);
+    out += series.full(fmt::format("panel (line {})", series.line));
     if (series.layer_spread) {
       internal::append_format(out,
                               "panel (line {}): layers of a target at most {:.3f} um apart\n",

@@ -41,13 +41,8 @@ class RequestList final : public MeasurementSource, public ProbeSource {
 
 }  // namespace
 
-ExitCode run_command(const SurveyOptions& options, CommandContext& context) {
-  const auto fail = [&](const Diagnostic& diagnostic) {
-    context.console.print(diagnostic);
-    return exit_code(diagnostic);
-  };
-  auto config = read_machine_config(options.machine);
-  if (!config) return fail(config.error());
+Expected<Answer> run_command(const SurveyOptions& options, CommandContext& context) {
+  PANELCAL_TRY(MachineConfig config, read_machine_config(options.machine));
   const WalkTerms terms = {.program = options.program,
                            .clock = options.clock,
                            .now = system_clock()(),
@@ -55,18 +50,17 @@ ExitCode run_command(const SurveyOptions& options, CommandContext& context) {
                            .reading = options.reading,
                            .ages_offset = false,
                            .command = "panelcal survey"};
-  if (const auto set = set_walk_terms(terms, *config); !set) return fail(set.error());
+  PANELCAL_CHECK(set_walk_terms(terms, config));
   DiagnosticLog log;
-  const auto checked = read_and_check(options.program, config->reading, config->walk, log);
+  const auto checked = read_and_check(options.program, config.reading, config.walk, log);
   context.console.print(log);
-  if (log.has_errors()) return exit_code(log);
+  if (log.has_errors()) return Answer{{}, exit_code(log)};
 
   // Once more, since targets and probes are listed among each other as they are executed.
   RequestList list;
   DiagnosticLog said_already;
-  survey(checked->program, config->walk, list, list, said_already);
-  const auto written = context.output.write(list.lines());
-  return written ? ExitCode::Done : fail(written.error());
+  survey(checked->program, config.walk, list, list, said_already);
+  return Answer{list.lines()};
 }
 
 }  // namespace panelcal

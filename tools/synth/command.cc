@@ -20,57 +20,39 @@ Expected<Recording> synthesize(const SynthOptions& options,
   return record_pictures(program, config, machine, options.output, log);
 }
 
-Expected<SampleSet> synthesize_samples(const SynthOptions& options, MachineConfig config) {
+Expected<Answer> run_samples(const SynthOptions& options,
+                             MachineConfig config,
+                             CommandContext& context) {
   if (options.seed && config.sim) config.sim->seed = *options.seed;
   PANELCAL_TRY(const SampleRenderer renderer, SampleRenderer::create(config, *options.tool));
-  return write_samples(renderer, options.count, options.output);
-}
-
-ExitCode run_samples(const SynthOptions& options,
-                     const MachineConfig& config,
-                     CommandContext& context) {
-  const auto samples = synthesize_samples(options, config);
-  if (!samples) {
-    context.console.print(samples.error());
-    return exit_code(samples.error());
-  }
+  PANELCAL_TRY(const SampleSet samples, write_samples(renderer, options.count, options.output));
   context.console.say(fmt::format(
-      "{} pictures and truth.json written to {}", samples->pictures.size(), options.output));
-  return exit_code(DiagnosticLog());
+      "{} pictures and truth.json written to {}", samples.pictures.size(), options.output));
+  return Answer{};
 }
 
 }  // namespace
 
-ExitCode run_command(const SynthOptions& options, CommandContext& context) {
-  auto config = read_machine_config(options.machine);
-  if (!config) {
-    context.console.print(config.error());
-    return exit_code(config.error());
-  }
-  if (options.tool) return run_samples(options, *config, context);
-  config->reading.take(options.reading);
+Expected<Answer> run_command(const SynthOptions& options, CommandContext& context) {
+  PANELCAL_TRY(MachineConfig config, read_machine_config(options.machine));
+  if (options.tool) return run_samples(options, std::move(config), context);
+  config.reading.take(options.reading);
   DiagnosticLog log;
-  const auto checked = read_and_check(options.program, config->reading, config->walk, log);
+  const auto checked = read_and_check(options.program, config.reading, config.walk, log);
   context.console.print(log);
-  if (log.has_errors()) return exit_code(log);
-  if (const auto free = check_patterns(context.options, checked->program, context.files); !free) {
-    context.console.print(free.error());
-    return exit_code(free.error());
-  }
+  if (log.has_errors()) return Answer{{}, exit_code(log)};
+  PANELCAL_CHECK(check_patterns(context.options, checked->program, context.files));
 
   DiagnosticLog found;
-  const auto recording = synthesize(options, *config, checked->program, found);
+  const auto recording = synthesize(options, std::move(config), checked->program, found);
   for (const Diagnostic& diagnostic : found.kept()) {
     if (diagnostic.severity() == Severity::Error) context.console.print(diagnostic);
   }
-  if (!recording) {
-    context.console.print(recording.error());
-    return exit_code(recording.error());
-  }
+  if (!recording) return failure(recording.error());
   context.console.say(fmt::format("{} pictures, images.csv and truth.json written to {}",
                                   recording->rows.size(),
                                   options.output));
-  return exit_code(found);
+  return Answer{{}, exit_code(found)};
 }
 
 }  // namespace panelcal

@@ -176,8 +176,8 @@ class Translation {
 
 }  // namespace
 
-ExitCode run_command(const TranslateOptions& options, CommandContext& context) {
-  return Translation(options, context).execute_all();
+Expected<Answer> run_command(const TranslateOptions& options, CommandContext& context) {
+  return Answer{{}, Translation(options, context).execute_all()};
 }
 
 }  // namespace panelcal

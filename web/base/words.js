@@ -741,7 +741,7 @@ const words = {
   calibration_row_rms_um: ["residuals, rms", "Residuen, Effektivwert"],
   calibration_row_held_out_rms_um: ["held-out looks, rms", "zurückgehaltene Blicke, Effektivwert"],
   calibration_row_excess: ["scatter over what was stated", "Streuung durch die angegebene"],
-  calibration_row_sigma_factor: ["factor on every sigma", "Faktor auf jedem Sigma"],
+  calibration_row_sigma_factor: ["factor on the sigma of the mean", "Faktor auf dem Sigma des Mittels"],
   calibration_row_corner_sigma_um: ["sigma at the picture's worst corner", "Sigma an der schlechtesten Bildecke"],
   calibration_row_left_out: ["left out as outliers", "als Ausreißer ausgelassen"],
   calibration_row_skipped: ["pictures of other tools or zooms", "Bilder anderer Werkzeuge oder Zoomstufen"],

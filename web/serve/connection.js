@@ -45,13 +45,18 @@ export class Connection {
     return sessionStorage.getItem(keyName) ?? "";
   }
 
+  /** The part of the key that names this screen's stream, and gives no right: addresses are noted on their way. */
+  get streamName() {
+    return this.key.split(".")[1] ?? "";
+  }
+
   /** Opens the line, or opens it anew. */
   async open() {
     const attempt = ++this.attempt;
     this.stream?.close();
     this.stream = null;
     if (!await this.ask(attempt)) return;
-    const stream = new EventSource(this.key ? `api/events?key=${encodeURIComponent(this.key)}` : "api/events");
+    const stream = new EventSource(this.key ? `api/events?stream=${encodeURIComponent(this.streamName)}` : "api/events");
     this.stream = stream;
     const listen = (/** @type {string} */ name, /** @type {(said: any) => void} */ hear) =>
       stream.addEventListener(name, (event) => {

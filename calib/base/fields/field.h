@@ -129,6 +129,15 @@ struct Field {
   bool is_on_new_line = false;  ///< in a file that has lines
   bool is_in_lines = false;     ///< each element of a list is on a line of its own
 
+  /// A copy with another value of a member. It stands ahead of its callers, since clang 16 does not
+  /// know it in constant expressions otherwise.
+  template <class Value>
+  constexpr Field with(Value Field::*member, Value value) const {
+    Field field = *this;
+    field.*member = value;
+    return field;
+  }
+
   /// The table must have the key, or its `alternative`; `how` a user may write it.
   constexpr Field required(std::string_view how) const { return with(&Field::example, how); }
   constexpr Field or_key(std::string_view other) const { return with(&Field::alternative, other); }
@@ -173,14 +182,6 @@ struct Field {
   bool is_required() const { return !example.empty(); }
   /// The values that the key takes, as messages have it: "a whole number from 1 to 12".
   std::string takes() const;
-
- private:
-  template <class Value>
-  constexpr Field with(Value Field::*member, Value value) const {
-    Field field = *this;
-    field.*member = value;
-    return field;
-  }
 };
 
 enum class Rows : std::uint8_t {

@@ -8,6 +8,8 @@
 
 #include "calib/base/statistics/linear_algebra.h"
 #include "machine/calibrate/camera/outliers.h"
+#include "machine/calibrate/camera/scatter.h"
+#include <Eigen/LU>
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -64,21 +66,28 @@ Expected<CameraFit> fit_form(const CameraData& data,
   return fit_camera(data, options);
 }
 
-/// Enlarges the covariances by what the form that is fitted leaves. A variance that nu degrees of
-/// freedom estimate is as good as one that is nu / (nu - 2) times as large and known.
+/// What observations tell, px^-2.
+double information(const CameraData& data) {
+  double sum = 0;
+  for (const CameraObservation& seen : data.seen) sum += seen.seen.cov.inverse().trace();
+  return sum;
+}
+
+/// Enlarges the covariances by the scatter that the form that is fitted leaves. A variance that nu
+/// degrees of freedom estimate is as good as one that is nu / (nu - 2) times as large and known.
 Expected<void> count_scatter(CameraFitOptions options,
                              const std::optional<CameraForm>& asked,
                              CameraRun& run) {
-  CameraData& data = run.sights.data;
   options.held_out_every = 0;
-  PANELCAL_TRY(const CameraFit fit, fit_form(data, options, asked));
-  const int nu = fit.degrees_of_freedom;
-  if (nu < kFewestCameraFreedoms) return {};
-  run.excess = std::sqrt(std::max(1.0, fit.chi_square / nu));
-  run.sigma_factor = std::sqrt(std::max(1.0, fit.chi_square / (nu - 2)));
-  for (CameraObservation& seen : data.seen) {
-    seen.seen.cov *= run.sigma_factor * run.sigma_factor;
-  }
+  const auto fitter = [&](const CameraData& data) { return fit_form(data, options, asked); };
+  CameraData& data = run.sights.data;
+  PANELCAL_TRY(internal::ScatteredFit scattered,
+               internal::fit_scattered(data, fitter, [](int nu) { return nu - 2.0; }));
+  const CameraFit& stated = scattered.stated;
+  if (stated.degrees_of_freedom < kFewestCameraFreedoms) return {};
+  run.excess = std::sqrt(std::max(1.0, stated.chi_square / stated.degrees_of_freedom));
+  run.sigma_factor = std::sqrt(information(data) / information(scattered.data));
+  data = std::move(scattered.data);
   return {};
 }
 

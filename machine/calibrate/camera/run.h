@@ -34,8 +34,9 @@ struct CameraRun {
   CameraCalibration calibration;  ///< without date and provenance
   /// By how much the views scatter more than detector and [uncertainty] say; 1 where they do not.
   double excess = 1;
-  /// The factor by which all sigmas of the result have been multiplied: sqrt(chi square / (nu - 2))
-  /// of nu degrees of freedom, 1 or more.
+  /// The factor by which the views' scatter and number enlarge sigmas, that of the views' mean
+  /// where they state several: sqrt(chi square / (nu - 2)) of nu degrees of freedom where they
+  /// state one, 1 or more.
   double sigma_factor = 1;
   /// Looks that do not fit the others, which are among `sights.missed` then.
   int n_left_out = 0;
@@ -64,10 +65,10 @@ Expected<CameraRun> calibrate_camera(const MachineConfig& config,
 /// Fits the camera to what was seen of a mark or a plate.
 ///
 /// The views' own scatter is taken for what it is: if the form leaves more than the covariances say
-/// (noise, or the misfit of a form that was asked for), they are enlarged by as much and by
-/// nu / (nu - 2), the variance of Student's t, so that 1.96 sigma hold 95 % also where few degrees
-/// of freedom nu estimate the scatter. Before that, looks that do not fit the others are left out
-/// (a speck taken for the mark, a stop that was missed).
+/// (noise, or the misfit of a form that was asked for), a variance is added to all of them, with
+/// which chi square is nu - 2: nu / (nu - 2) is the variance of Student's t, so that 1.96 sigma
+/// hold 95 % also where few degrees of freedom nu estimate the scatter. Before that, looks that do
+/// not fit the others are left out (a speck taken for the mark, a stop that was missed).
 ///
 /// Fails  calibration-data; calibration-invalid (a lens that no reader would accept)
 Expected<CameraRun> fit_camera_run(const MachineConfig& config,

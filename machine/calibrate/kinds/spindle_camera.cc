@@ -253,6 +253,7 @@ std::optional<LedgerValues> SpindleCameraKind::value_of(const LedgerEntry& entry
 
 Expected<CalibrationResult> SpindleCameraKind::measure(const CalibrationDevices& devices,
                                                        const RecordWords& words) {
+  PANELCAL_TRY(std::vector<LedgerInput> inputs, spindle_camera_inputs(*config_));
   PictureLevels levels;
   CalibrationDevices observed = devices;
   observed.taken_by = {fixed_clock(words.date), words.asked_by, words.software};
@@ -267,7 +268,7 @@ Expected<CalibrationResult> SpindleCameraKind::measure(const CalibrationDevices&
   out.levels = levels.levels();
   out.holes = coupon_holes(run);
   out.report = lines_of(report_text(run));
-  PANELCAL_TRY(out.draft, spindle_camera_draft(*config_, run, words));
+  PANELCAL_TRY(out.draft, spindle_camera_draft(*config_, run, words, std::move(inputs)));
   return out;
 }
 
@@ -315,10 +316,12 @@ LedgerKey spindle_camera_key(const MachineConfig& config) {
 
 Expected<LedgerDraft> spindle_camera_draft(const MachineConfig& config,
                                            const SpindleCameraRun& run,
-                                           const RecordWords& words) {
-  PANELCAL_TRY(LedgerDraft draft, draft_of(config, spindle_camera_key(config), words));
+                                           const RecordWords& words,
+                                           std::vector<LedgerInput> inputs) {
+  LedgerDraft draft;
   LedgerRecord& record = draft.record;
-  PANELCAL_CHECK(add_inputs({config.camera_file}, record.inputs));
+  record = record_of(spindle_camera_key(config), words);
+  record.inputs = std::move(inputs);
   const SpindleCameraOffset offset = symmetric_offset(run);
   const Eigen::Vector2d& offset_mm = offset.offset.in_mm();
   record.parameters = {{"offset_x", offset_mm.x(), "mm"}, {"offset_y", offset_mm.y(), "mm"}};
@@ -327,6 +330,12 @@ Expected<LedgerDraft> spindle_camera_draft(const MachineConfig& config,
   // A calibration that is not readable must not come into force.
   PANELCAL_CHECK(parse_spindle_calibration(draft.result, "the calibration"));
   return draft;
+}
+
+Expected<std::vector<LedgerInput>> spindle_camera_inputs(const MachineConfig& config) {
+  std::vector<LedgerInput> inputs;
+  PANELCAL_CHECK(add_inputs({config.file, config.camera_file}, inputs));
+  return inputs;
 }
 
 NightResult spindle_camera_result(const SpindleCameraRun& run) {

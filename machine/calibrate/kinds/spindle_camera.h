@@ -25,10 +25,17 @@ LedgerKey spindle_camera_key(const MachineConfig& config);
 /// the file of this one spindle as the result, in whose "quality" is the rest; machine.toml and the
 /// camera's calibration, which the offset goes with, as inputs.
 ///
-/// Fails  file-unreadable (an input is gone); calibration-invalid (a fit that makes no file)
+/// In     inputs: as spindle_camera_inputs() had them before the run
+/// Fails  calibration-invalid (a fit that makes no file)
 Expected<LedgerDraft> spindle_camera_draft(const MachineConfig& config,
                                            const SpindleCameraRun& run,
-                                           const RecordWords& words);
+                                           const RecordWords& words,
+                                           std::vector<LedgerInput> inputs);
+/// To be asked before rows of the coupon are used up: a file that is gone later takes no offset
+/// away, and one that has changed meanwhile is not what the run was made with.
+///
+/// Fails  file-unreadable
+Expected<std::vector<LedgerInput>> spindle_camera_inputs(const MachineConfig& config);
 
 /// The run's offset, as gates are held against it.
 NightResult spindle_camera_result(const SpindleCameraRun& run);

@@ -6,7 +6,6 @@
 
 #include "calib/base/number_text.h"
 #include "calib/base/statistics/chi_square.h"
-#include "machine/job/facts/fit_numbers.h"
 #include "machine/job/facts/survey_facts.h"
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -34,7 +33,7 @@ std::string advice_on_lost(const Survey& survey) {
   std::size_t n_lost = 0;
   const Measurement* first = nullptr;
   for (const Measurement& m : survey.measurements) {
-    if (m.status == MeasurementStatus::Found) continue;
+    if (m.status == MeasurementStatus::Found || m.status == MeasurementStatus::Skipped) continue;
     if (n_lost++ == 0) first = &m;
   }
   if (first == nullptr) return {};
@@ -47,14 +46,9 @@ std::string advice_on_lost(const Survey& survey) {
   return out + "; clean it or mend the vision tool, then measure again.";
 }
 
-int spare_equations(const SeriesResult& series) {
-  if (series.base) return series.base->degrees_of_freedom;
-  return series.nested ? series.nested->degrees_of_freedom : 0;
-}
-
 std::string advice_on_residual(const Survey& survey, const WorstGate& worst) {
   const std::size_t i = worst.series->points[*worst.gate->i_target];
-  const int spare = spare_equations(*worst.series);
+  const int spare = worst.series->degrees_of_freedom;
   std::string out = fmt::format("Look at {}: its residual is {} um, limit {} um",
                                 target_name(survey.measurements[i].request),
                                 fixed(worst.gate->value, 1),
@@ -79,8 +73,7 @@ bool is_larger_than_noise(double chi_square, int degrees_of_freedom) {
 std::string advice_on_deformation(const Survey& survey, const WorstGate& worst) {
   const SeriesResult& series = *worst.series;
   const std::string what = fmt::format("{}: {}", series_name(series), worst.gate->text());
-  const std::optional<FitNumbers> n = fit_numbers(series);
-  const bool do_disagree = n && is_larger_than_noise(n->chi_square, n->degrees_of_freedom);
+  const bool do_disagree = is_larger_than_noise(series.chi_square, series.degrees_of_freedom);
   if (!do_disagree && series.level == CorrectionLevel::Base) {
     return fmt::format(
         "Check that this program and this panel belong together and lie as planned ({}).", what);
@@ -152,7 +145,7 @@ std::string advice_on_drilling(const JobFactsInput& input) {
   }
   // One healthy fit in 10 grows a little; a rejected one needs a look.
   const bool has_misfit = std::ranges::any_of(survey.series, [](const SeriesResult& series) {
-    return series.misfit_ratio() > 1 && series.reliability && series.reliability->is_rejected;
+    return series.misfit_ratio > 1 && series.reliability && series.reliability->is_rejected;
   });
   if (has_misfit) {
     return fmt::format(

@@ -57,4 +57,9 @@ struct JobFactsInput {
   std::vector<std::pair<std::string, std::string>> provenance;  ///< origin of this: key, value
 };
 
+struct JobResult;
+
+/// The facts that a result has by itself; it outlives them.
+JobFactsInput facts_input(const JobResult& result);
+
 }  // namespace panelcal

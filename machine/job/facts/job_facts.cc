@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "machine/job/facts/sections.h"
+#include "machine/job/result.h"
 
 namespace panelcal {
 namespace facts {
@@ -161,6 +162,22 @@ Json messages_json(std::span<const Diagnostic> diagnostics) {
 }
 
 }  // namespace facts
+
+JobFactsInput facts_input(const JobResult& result) {
+  JobFactsInput input;
+  input.source = result.source;
+  input.survey = result.survey.get();
+  input.tally = result.is_executed ? &result.tally : nullptr;
+  input.places = result.is_executed ? result.places.get() : nullptr;
+  input.truth = result.is_executed ? result.truth.get() : nullptr;
+  input.verdict = result.verdict.get();
+  input.depth = result.depth.get();
+  input.unstated = result.unstated;
+  input.worst_hole = result.worst_hole;
+  input.worst_number = result.worst_number;
+  if (result.surface_use) input.surface_use = result.surface_use->summary();
+  return input;
+}
 
 std::string job_facts(const JobFactsInput& input) {
   const Survey& survey = facts::survey_of(input);

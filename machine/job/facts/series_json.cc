@@ -3,9 +3,8 @@
 #include <map>
 
 #include "calib/base/statistics/chi_square.h"
-#include "calib/panel/model_choice.h"
-#include "machine/job/facts/fit_numbers.h"
 #include "machine/job/facts/sections.h"
+#include "machine/job/facts/survey_facts.h"
 
 namespace panelcal::facts {
 namespace {
@@ -39,37 +38,32 @@ Json chi_square_json(double chi_square, int degrees_of_freedom) {
       {"means", chi_square_meaning(chi_square, degrees_of_freedom)}};
 }
 
-template <class Fit>
-Json map_json(const Fit& fit) {
-  const Eigen::Matrix2d& linear = fit.map.map.linear();
+Json map_json(const PanelFitSummary& fit) {
   Json cov = Json::array();
   for (int row = 0; row < 6; ++row) {
     Json cells = Json::array();
-    for (int column = 0; column < 6; ++column) cells.push_back(number(fit.map.cov(row, column)));
+    for (int column = 0; column < 6; ++column) cells.push_back(number(fit.cov(row, column)));
     cov.push_back(std::move(cells));
   }
-  return {{"linear", Json::array({point(linear.row(0)), point(linear.row(1))})},
-          {"translation_mm", point(fit.map.map.translation())},
+  return {{"linear", Json::array({point(fit.linear.row(0)), point(fit.linear.row(1))})},
+          {"translation_mm", point(fit.translation_mm)},
           {"covariance", cov}};
 }
 
 Json fit_json(const SeriesResult& series) {
-  const std::optional<FitNumbers> n = fit_numbers(series);
-  if (!n) return {};
-  Json out = {
-      {"is_mirrored", n->is_mirrored},
-      {"rotation_rad", uncertain_json(n->rotation_rad)},
-      {"stretch_x_ppm", uncertain_json(n->stretch_x_ppm)},
-      {"stretch_y_ppm", uncertain_json(n->stretch_y_ppm)},
-      {"shear_ppm", uncertain_json(n->shear_ppm)},
-      {"centroid_mm", point(n->centroid_mm)},
-      {"shift_x_mm", uncertain_json(n->shift_x_mm)},
-      {"shift_y_mm", uncertain_json(n->shift_y_mm)},
-      {"chi_square", chi_square_json(n->chi_square, n->degrees_of_freedom)},
-      {"misfit_ratio", number(series.misfit_ratio())},
-      {"layer_spread_um", series.layer_spread ? number(series.layer_spread->in_um()) : Json()}};
-  out["map"] = series.base ? map_json(*series.base) : map_json(*series.nested);
-  return out;
+  if (!series.is_fitted()) return {};
+  return {{"is_mirrored", series.is_mirrored},
+          {"rotation_rad", uncertain_json(series.rotation_rad)},
+          {"stretch_x_ppm", uncertain_json(series.stretch_x_ppm)},
+          {"stretch_y_ppm", uncertain_json(series.stretch_y_ppm)},
+          {"shear_ppm", uncertain_json(series.shear_ppm)},
+          {"centroid_mm", point(series.centroid_mm)},
+          {"shift_x_mm", uncertain_json(series.shift_x_mm)},
+          {"shift_y_mm", uncertain_json(series.shift_y_mm)},
+          {"chi_square", chi_square_json(series.chi_square, series.degrees_of_freedom)},
+          {"misfit_ratio", number(series.misfit_ratio)},
+          {"layer_spread_um", series.layer_spread ? number(series.layer_spread->in_um()) : Json()},
+          {"map", map_json(series)}};
 }
 
 Json gates_json(const Survey& survey, const SeriesResult& series) {
@@ -168,7 +162,7 @@ Json series_json(const Survey& survey) {
                     {"points", seqs_of(survey, series.points)},
                     {"left_out", seqs_of(survey, series.dropped)},
                     {"model", series.is_smooth() ? "smooth" : std::string(name(series.model))},
-                    {"model_text", model_text(series)},
+                    {"model_text", series.model_text()},
                     {"prescribed", name(series.prescribed)},
                     {"is_chosen_by_targets", series.chose_model},
                     {"lacks_smooth_model", lacks_smooth_model(series)},

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "calib/base/number_text.h"
+#include "calib/base/statistics/chi_square.h"
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -19,12 +20,6 @@ bool has_errors(const JobFactsInput& input) {
 
 std::string board_text(std::span<const int> path) {
   return path.empty() ? std::string() : fmt::format("[{}]", fmt::join(path, ","));
-}
-
-template <class Fit>
-std::optional<Eigen::Vector2d> residual_of(const Fit* fit, std::size_t i_target) {
-  if (fit == nullptr || i_target >= fit->residuals.size()) return std::nullopt;
-  return fit->residuals[i_target].in_mm();
 }
 
 /// True if a residual gate refuses this target of the series.
@@ -81,15 +76,23 @@ std::optional<WorstGate> worst_gate(const Survey& survey) {
 
 PooledChiSquare pooled_chi_square(const Survey& survey) {
   PooledChiSquare pooled;
-  const auto add = [&](const auto& fit) {
-    pooled.chi_square += fit.chi_square;
-    pooled.degrees_of_freedom += fit.degrees_of_freedom;
-  };
   for (const SeriesResult& series : survey.series) {
-    if (series.base && series.base->degrees_of_freedom > 0) add(*series.base);
-    if (series.nested && series.nested->degrees_of_freedom > 0) add(*series.nested);
+    if (series.degrees_of_freedom <= 0) continue;
+    pooled.chi_square += series.chi_square;
+    pooled.degrees_of_freedom += series.degrees_of_freedom;
   }
   return pooled;
+}
+
+std::string_view chi_square_meaning(double chi_square, int degrees_of_freedom) {
+  if (degrees_of_freedom <= 0) return "unchecked";
+  const double p = chi_square_exceedance(chi_square, degrees_of_freedom);
+  const bool is_weak = degrees_of_freedom == 1;
+  // Written so that a NaN is too large.
+  if (!(p >= 0.01)) return is_weak ? "too_large_weak" : "too_large";
+  if (p < 0.05) return "rather_large";
+  if (p > 0.999 && degrees_of_freedom >= 3) return "too_small";
+  return is_weak ? "weak" : "as_expected";
 }
 
 std::vector<TargetFact> target_facts(const Survey& survey) {
@@ -109,13 +112,14 @@ std::vector<TargetFact> target_facts(const Survey& survey) {
     for (std::size_t k = 0; k < series.points.size(); ++k) {
       if (series.points[k] >= facts.size()) continue;
       TargetFact& fact = facts[series.points[k]];
-      fact.residual_mm =
-          series.base ? residual_of(series.base.get(), k) : residual_of(series.nested.get(), k);
+      if (k < series.residuals_mm.size()) fact.residual_mm = series.residuals_mm[k];
       if (is_worst(series, k)) fact.state = TargetState::Refused;
     }
   }
   for (TargetFact& fact : facts) {
-    if (fact.measurement->status != MeasurementStatus::Found) fact.state = TargetState::Refused;
+    const MeasurementStatus status = fact.measurement->status;
+    if (status == MeasurementStatus::Found) continue;
+    fact.state = status == MeasurementStatus::Skipped ? TargetState::Dropped : TargetState::Refused;
   }
   return facts;
 }

@@ -16,7 +16,7 @@ enum class Verdict : std::uint8_t { Drill, Warned, Hold, Forced };
 
 enum class TargetState : std::uint8_t {
   Good,
-  Dropped,  ///< found, but left out of its fit by [gates] max_dropped
+  Dropped,  ///< left out of its fit: found, by [gates] max_dropped, or skipped by a person
   Suspect,  ///< found, but its series was refused
   Refused,  ///< not found, or the worst of a series whose residual gate failed
 };
@@ -51,6 +51,11 @@ double gate_ratio(const GateVerdict& gate);
 /// Empty if no gate is set.
 std::optional<WorstGate> worst_gate(const Survey& survey);
 PooledChiSquare pooled_chi_square(const Survey& survey);
+
+/// The meaning of a chi square for the noise, as a word of the schema, with no more certainty than
+/// it has: "unchecked" (no equation to spare), "as_expected", "weak" (as expected, but one spare
+/// equation checks little), "rather_large", "too_large", "too_large_weak", "too_small".
+std::string_view chi_square_meaning(double chi_square, int degrees_of_freedom);
 
 /// In the order of Survey::measurements.
 std::vector<TargetFact> target_facts(const Survey& survey);

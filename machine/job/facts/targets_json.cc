@@ -100,23 +100,28 @@ Json target_json(const JobFactsInput& input, const TargetFact& fact) {
   const Measurement& m = *fact.measurement;
   const MeasurementRequest& request = m.request;
   const bool has_circle = request.settings.search_area && !request.settings.delta;
-  return {{"seq", request.seq},
-          {"command", request.command},
-          {"line", request.line},
-          {"file", request.file},
-          {"board", board_json(request.path)},
-          {"series", fact.i_series ? Json(*fact.i_series) : Json()},
-          {"state", state_word(fact.state)},
-          {"status", name(m.status)},
-          {"reason", m.reason},
-          {"nominal_mm", point(request.nominal.in_mm())},
-          {"expected_mm", point(request.expected.in_mm())},
-          {"search_radius_mm", has_circle ? number(request.settings.search_area->in_mm()) : Json()},
-          {"measured", measured_json(m)},
-          {"residual_um", fact.residual_mm ? point(*fact.residual_mm * 1e3) : Json()},
-          {"score", number(m.score)},
-          {"image", m.image},
-          {"pictures", pictures_json(input, request.seq)}};
+  Json out = {
+      {"seq", request.seq},
+      {"command", request.command},
+      {"line", request.line},
+      {"file", request.file},
+      {"board", board_json(request.path)},
+      {"series", fact.i_series ? Json(*fact.i_series) : Json()},
+      {"state", state_word(fact.state)},
+      {"status", name(m.status)},
+      {"reason", m.reason},
+      {"nominal_mm", point(request.nominal.in_mm())},
+      {"expected_mm", point(request.expected.in_mm())},
+      {"search_radius_mm", has_circle ? number(request.settings.search_area->in_mm()) : Json()},
+      {"measured", measured_json(m)},
+      {"residual_um", fact.residual_mm ? point(*fact.residual_mm * 1e3) : Json()},
+      {"score", number(m.score)},
+      {"image", m.image},
+      {"pictures", pictures_json(input, request.seq)}};
+  const Decision& decision = m.decision;
+  if (!decision.is_by_person()) return out;
+  out["decision"] = {{"by", name(decision.by)}, {"who", decision.who}, {"when", decision.when}};
+  return out;
 }
 
 }  // namespace

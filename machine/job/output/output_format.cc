@@ -113,8 +113,7 @@ std::vector<SvgTarget> picture_targets(const Survey& survey) {
   }
   for (const SeriesResult& series : survey.series) {
     for (std::size_t i = 0; i < series.points.size() && series.is_fitted(); ++i) {
-      targets[series.points[i]].residual = displacement_mm<frame::Actual>(
-          series.base ? series.base->residuals[i].in_mm() : series.nested->residuals[i].in_mm());
+      targets[series.points[i]].residual = displacement_mm<frame::Actual>(series.residuals_mm[i]);
     }
   }
   return targets;

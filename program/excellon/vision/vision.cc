@@ -141,9 +141,11 @@ void VisionSession::complete(const TargetPlace& target) {
                      : model_at_most(options_.model.value_or(usual), 2 * open.n_wanted, false);
   series.assignment = measuring_.settle(open.measurements, open.level, open.line);
   std::vector<FitPoint> points;
-  if (std::ranges::all_of(open.measurements,
-                          [this](std::size_t i) { return measuring_.is_found(i); })) {
-    for (const std::size_t i : open.measurements) points.push_back(measuring_.fit_point(i));
+  if (std::ranges::none_of(open.measurements,
+                           [this](std::size_t i) { return measuring_.is_lost(i); })) {
+    for (const std::size_t i : open.measurements) {
+      if (measuring_.is_found(i)) points.push_back(measuring_.fit_point(i));
+    }
   }
   const std::size_t i_series = measuring_.fit(std::move(series), points);
   memory_.store({i_series, open.n_wanted});

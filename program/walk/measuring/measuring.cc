@@ -7,50 +7,37 @@
 
 #include "calib/base/statistics/chi_square.h"
 #include "calib/correction/error_budget.h"
-#include "calib/panel/misfit.h"
-#include "calib/panel/model_choice.h"
+#include "calib/panel/panel_fit.h"
 #include "program/walk/measuring/series_examination.h"
 #include <fmt/format.h>
 
 namespace panelcal {
 namespace {
 
+bool is_skipped(const Measurement& measurement) {
+  return measurement.status == MeasurementStatus::Skipped;
+}
+
 bool may_be_chosen(const Measurement& measurement) {
   return std::ranges::any_of(measurement.candidates, &MeasuredCandidate::counts);
 }
 
-bool is_mirrored(const Eigen::Matrix2d& linear, const GateLimits& limits) {
-  const double determinant = linear(0, 0) * linear(1, 1) - linear(0, 1) * linear(1, 0);
-  return limits.refuses_mirror ? determinant <= 0 : determinant == 0;
-}
-
-/// Fits the series' model, or with [vision] model = "auto" the one that the targets speak for.
+/// A target as the fit of a level has it.
 template <class To, class From>
-PanelFitResult<To, From> fit_model(const std::vector<TargetPair<To, From>>& pairs,
-                                   const WalkOptions& options,
-                                   SmoothModels smooth,
-                                   SeriesResult& series) {
-  const std::span<const TargetPair<To, From>> targets(pairs);
-  if (options.chooses_model || options.compares_models) {
-    series.compared = compare_models(targets, series.prescribed, smooth);
-  }
-  const ModelScore* best = options.chooses_model ? chosen(series.compared) : nullptr;
-  series.chose_model = best != nullptr;
-  series.model = best != nullptr ? best->model : series.prescribed;
-  return series.chose_model ? fit_chosen(targets, series.compared)
-                            : fit_panel(targets, series.model);
+TargetPair<To, From> pair_of(const FitPoint& point, const Position<From>& nominal) {
+  return {nominal,
+          {position_mm<To>(point.measured.position.in_mm()), point.measured.cov},
+          point.axes,
+          point.by_camera,
+          point.i_camera,
+          point.n_arrivals};
 }
 
-template <class To, class From>
-bool is_folded(const PanelFit<To, From>& fit) {
-  if (!fit.smooth || !fit.smooth->is_bent()) return false;
-  const auto raw = internal::raw_pairs(std::span<const TargetPair<To, From>>(fit.pairs));
-  return !internal::is_unfolded(fit.smooth->raw(), raw);
-}
-
-/// One target alone is an offset whatever the machine's file says.
-bool is_bent_by_decision(const WalkOptions& options, std::size_t n_points) {
-  return options.bends_panel && n_points > 1;
+PanelFitOptions fit_options(const WalkOptions& options, const SeriesResult& series) {
+  return {.model = series.prescribed,
+          .chooses_model = options.chooses_model,
+          .compares_models = options.compares_models,
+          .limits = series.limits};
 }
 
 /// One wrong target bends a panel as well. Where the affine fit finds who it is, or what else the
@@ -116,7 +103,9 @@ std::optional<std::size_t> Measuring::measure(MeasurementRequest request, bool i
     return std::nullopt;
   }
   const bool is_lost = measurement->status != MeasurementStatus::Found;
-  if (is_lost && !(is_of_series && may_be_chosen(*measurement))) report_lost(*measurement);
+  const bool is_told_later =
+      is_of_series && (may_be_chosen(*measurement) || is_skipped(*measurement));
+  if (is_lost && !is_told_later) report_lost(*measurement);
   survey_.measurements.push_back(*std::move(measurement));
   return index;
 }
@@ -277,7 +266,11 @@ std::size_t Measuring::fit(SeriesResult series, std::span<const FitPoint> points
     examine({points.begin(), points.end()}, series);
     note_reliability(series);
   }
+  for (const std::size_t i : series.measurements) {
+    if (is_skipped(measurement(i))) report_skipped(measurement(i), series);
+  }
   survey_.series.push_back(std::move(series));
+  if (options_.fitted) options_.fitted(survey_);
   return i_series;
 }
 
@@ -285,10 +278,9 @@ void Measuring::note_reliability(SeriesResult& series) {
   if (!series.is_fitted()) return;
   Reliability out = series.base ? reliability(*series.base, series.limits)
                                 : reliability(*series.nested, series.limits);
-  const double chi_square = series.base ? series.base->chi_square : series.nested->chi_square;
   const double chance = series.limits.false_alarm.value_or(kMisfitChance);
   const bool fits = out.degrees_of_freedom < 1 ||
-                    chi_square_exceedance(chi_square, out.degrees_of_freedom) >= chance;
+                    chi_square_exceedance(series.chi_square, out.degrees_of_freedom) >= chance;
   out.is_rejected = !fits || !series.is_accepted();
   series.reliability = std::make_shared<const Reliability>(std::move(out));
 }
@@ -336,59 +328,35 @@ void Measuring::examine(std::vector<FitPoint> points, SeriesResult& series) {
 
 void Measuring::fit_base(std::span<const FitPoint> points, SeriesResult& series) {
   std::vector<TargetPair<frame::Base, frame::Nominal>> pairs;
+  // Without a nested correction the base frame is the actual one.
   for (const FitPoint& point : points) {
-    // Without a nested correction the base frame is the actual one.
-    pairs.push_back(
-        {point.nominal,
-         {position_mm<frame::Base>(point.measured.position.in_mm()), point.measured.cov},
-         point.axes,
-         point.by_camera,
-         point.i_camera,
-         point.n_arrivals});
+    pairs.push_back(pair_of<frame::Base>(point, point.nominal));
   }
-  PanelFitResult<frame::Base, frame::Nominal> result;
-  if (is_bent_by_decision(options_, pairs.size())) {
-    if (options_.compares_models) {
-      series.compared = compare_models(std::span(std::as_const(pairs)), series.prescribed);
-    }
-    series.model = PanelModel::Affine;
-    result = fit_bent(std::span(std::as_const(pairs)));
-    if (!result.fit && result.failure == FitFailure::TooFewTargets)
-      return report_unbendable(series);
-  } else {
-    // If the model is given, the smooth one is only compared.
-    const auto smooth = options_.chooses_model ? SmoothModels::Eligible : SmoothModels::Compared;
-    result = fit_model(pairs, options_, smooth, series);
-    const bool is_bent = result.fit && result.fit->smooth && result.fit->smooth->is_bent();
-    if (is_bent && is_explained_without(series, points, survey_, corrections_.stack, options_)) {
-      result = fit_model(pairs, options_, SmoothModels::Compared, series);
-    }
+  PanelFitOptions options = fit_options(options_, series);
+  // If the model is given, the smooth one is only compared.
+  if (options.chooses_model) options.smooth = SmoothModels::Eligible;
+  // One target alone is an offset whatever the machine's file says.
+  options.bends = options_.bends_panel && points.size() > 1;
+  series.base = fit_panel(options, std::span(std::as_const(pairs)), series);
+  const bool is_bent = series.is_smooth() || series.failure == FitFailure::Folded;
+  if (is_bent && !options.bends &&
+      is_explained_without(series, points, survey_, corrections_.stack, options_)) {
+    options.smooth = SmoothModels::Compared;
+    series.base = fit_panel(options, std::span(std::as_const(pairs)), series);
   }
-  if (!result.fit) return report_fit_failure(series, result.failure);
-  if (is_mirrored(result.fit->map.map.linear(), series.limits)) return report_mirrored(series);
-  if (is_folded(*result.fit)) return report_folded(series);
-  series.gates = check_gates(*result.fit, series.limits);
-  count_misfit(*result.fit);
-  series.base = std::make_shared<const BaseFit>(*std::move(result.fit));
+  if (series.failure) report_fit_failure(series, options.bends);
 }
 
 void Measuring::fit_nested(std::span<const FitPoint> points, SeriesResult& series) {
   if (corrections_.stack.is_bent()) return report_nested_on_smooth(series);
   std::vector<TargetPair<frame::Actual, frame::Base>> pairs;
   for (const FitPoint& point : points) {
-    pairs.push_back({corrections_.stack.base_from_nominal()(point.nominal),
-                     point.measured,
-                     point.axes,
-                     point.by_camera,
-                     point.i_camera,
-                     point.n_arrivals});
+    pairs.push_back(
+        pair_of<frame::Actual>(point, corrections_.stack.base_from_nominal()(point.nominal)));
   }
-  auto result = fit_model(pairs, options_, SmoothModels::Compared, series);
-  if (!result.fit) return report_fit_failure(series, result.failure);
-  if (is_mirrored(result.fit->map.map.linear(), series.limits)) return report_mirrored(series);
-  series.gates = check_gates(*result.fit, series.limits);
-  count_misfit(*result.fit);
-  series.nested = std::make_shared<const NestedFit>(*std::move(result.fit));
+  const PanelFitOptions options = fit_options(options_, series);
+  series.nested = fit_panel(options, std::span(std::as_const(pairs)), series);
+  if (series.failure) report_fit_failure(series, false);
 }
 
 OffsetUncertainty Measuring::offset_of(const SeriesResult& series) const {

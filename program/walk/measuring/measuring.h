@@ -68,7 +68,8 @@ class Measuring {
 
   /// Looks for one target; `request` lacks its number. Index into Survey::measurements; nothing if
   /// the source failed, which stops the walk. A target of a series that has candidates is not
-  /// reported as lost: settle() does, when it knows all of them.
+  /// reported as lost: settle() does, when it knows all of them; fit() reports what a person has
+  /// skipped.
   std::optional<std::size_t> measure(MeasurementRequest request, bool is_of_series = false);
   /// Chooses among the candidates of a series' targets, in the first pass; reports those that stay
   /// lost.
@@ -90,6 +91,10 @@ class Measuring {
   }
   const Measurement& measurement(std::size_t i) const { return survey_.measurements[i]; }
   bool is_found(std::size_t i) const { return measurement(i).status == MeasurementStatus::Found; }
+  /// Neither found nor skipped by a person.
+  bool is_lost(std::size_t i) const {
+    return !is_found(i) && measurement(i).status != MeasurementStatus::Skipped;
+  }
   FitPoint fit_point(std::size_t i_measurement) const;
   /// Precondition: is_found(i_measurement)
   TargetHolePlace hole_at_target(std::size_t i_measurement) const;
@@ -116,13 +121,12 @@ class Measuring {
 
  private:
   void report_lost(const Measurement& measurement);
+  /// A warning where the others of its series make the fit, else an error.
+  void report_skipped(const Measurement& measurement, const SeriesResult& series);
   OffsetUncertainty offset_of(const SeriesResult& series) const;
   void fit_base(std::span<const FitPoint> points, SeriesResult& series);
   void fit_nested(std::span<const FitPoint> points, SeriesResult& series);
-  void report_fit_failure(const SeriesResult& series, FitFailure failure);
-  void report_mirrored(const SeriesResult& series);
-  void report_unbendable(const SeriesResult& series);
-  void report_folded(const SeriesResult& series);
+  void report_fit_failure(const SeriesResult& series, bool bends);
   void report_nested_on_smooth(const SeriesResult& series);
   static void note_reliability(SeriesResult& series);
   /// Fits and gates; leaves out what the gates allow to, and finds the cause of what does not fit.

@@ -25,6 +25,7 @@ std::string remedy(MeasurementStatus status) {
     case MeasurementStatus::Ambiguous:
       return "one that fits best, as a smaller search_radius_mm of [vision] may leave";
     case MeasurementStatus::Rejected:
+    case MeasurementStatus::Skipped:
       return "";
     default:
       return "a mark of the vision tool's size and polarity, at most search_radius_mm of [vision] "
@@ -62,6 +63,20 @@ void Measuring::report_lost(const Measurement& measurement) {
                    remedy(measurement.status));
 }
 
+void Measuring::report_skipped(const Measurement& measurement, const SeriesResult& series) {
+  if (!series.is_fitted()) return report_lost(measurement);
+  const MeasurementRequest& request = measurement.request;
+  reporter_.report(Code::TargetDropped,
+                   request.line,
+                   fmt::format("{} target at nominal ({:.4f}, {:.4f}) mm, {} others make "
+                               "the fit: {}",
+                               request.command,
+                               request.nominal.in_mm().x(),
+                               request.nominal.in_mm().y(),
+                               series.points.size(),
+                               measurement.reason));
+}
+
 void Measuring::report_dropped(const SeriesResult& series, std::span<const std::string> reasons) {
   for (std::size_t i = 0; i < series.dropped.size(); ++i) {
     const MeasurementRequest& request = measurement(series.dropped[i]).request;
@@ -95,54 +110,52 @@ void Measuring::report_fault(const SeriesResult& series, std::span<const FitPoin
       fault.i_outlier ? Code::TargetSuspected : Code::SeriesInconsistent, line, std::move(what));
 }
 
-void Measuring::report_fit_failure(const SeriesResult& series, FitFailure failure) {
-  const std::string what = fmt::format("{} targets from line {} do not determine the model \"{}\"",
-                                       series.measurements.size(),
-                                       series.line,
-                                       name(series.model));
-  switch (failure) {
-    case FitFailure::TooFewTargets: {
-      // Targets of one coordinate (G45, slots) may be enough in number and still too few.
-      const auto n_parameters = static_cast<std::size_t>(parameter_count(series.model));
-      const bool has_enough_targets = 2 * series.measurements.size() >= n_parameters;
-      reporter_.report(Code::TargetsTooFew,
-                       series.line,
-                       what,
-                       has_enough_targets
-                           ? fmt::format("at least {} coordinates", n_parameters)
-                           : fmt::format("{} targets or more", (n_parameters + 1) / 2));
-      return;
-    }
+void Measuring::report_fit_failure(const SeriesResult& series, bool bends) {
+  const auto undetermined = [&](std::size_t n_targets, std::string_view model) {
+    return fmt::format(
+        "{} targets from line {} do not determine the model \"{}\"", n_targets, series.line, model);
+  };
+  const std::size_t n_targets = series.measurements.size();
+  // Targets of one coordinate (G45, slots) may be enough in number and still too few.
+  const auto n_parameters = static_cast<std::size_t>(parameter_count(series.model));
+  switch (*series.failure) {
+    case FitFailure::TooFewTargets:
+      if (bends) {
+        return reporter_.report(
+            Code::TargetsTooFew,
+            series.line,
+            undetermined(series.points.size(), "smooth"),
+            fmt::format(
+                "{} to {} targets, not in one line", kLeastSmoothTargets, kMostSmoothTargets));
+      }
+      return reporter_.report(Code::TargetsTooFew,
+                              series.line,
+                              undetermined(n_targets, name(series.model)),
+                              2 * n_targets >= n_parameters
+                                  ? fmt::format("at least {} coordinates", n_parameters)
+                                  : fmt::format("{} targets or more", (n_parameters + 1) / 2));
     case FitFailure::Degenerate:
-      reporter_.report(Code::SeriesDegenerate,
-                       series.line,
-                       what,
-                       "targets that neither coincide nor lie in one line");
-      return;
+      return reporter_.report(Code::SeriesDegenerate,
+                              series.line,
+                              undetermined(n_targets, name(series.model)),
+                              "targets that neither coincide nor lie in one line");
     case FitFailure::BadCovariance:
-      reporter_.report(Code::MeasurementInvalid,
-                       series.line,
-                       "a measurement of the series has no usable covariance",
-                       "a positive definite matrix");
-      return;
+      return reporter_.report(Code::MeasurementInvalid,
+                              series.line,
+                              "a measurement of the series has no usable covariance",
+                              "a positive definite matrix");
+    case FitFailure::Mirrored:
+      return reporter_.report(Code::PanelMirrored,
+                              series.line,
+                              fmt::format("{} targets of the series", n_targets),
+                              "the panel the right way up, or mirror = \"off\" in [gates]");
+    case FitFailure::Folded:
+      return reporter_.report(
+          Code::PanelFolded,
+          series.line,
+          fmt::format("{} targets", series.points.size()),
+          "targets that were not taken for one another, or an affine [vision] model");
   }
-}
-
-void Measuring::report_unbendable(const SeriesResult& series) {
-  reporter_.report(
-      Code::TargetsTooFew,
-      series.line,
-      fmt::format("{} targets from line {} do not determine the model \"smooth\"",
-                  series.points.size(),
-                  series.line),
-      fmt::format("{} to {} targets, not in one line", kLeastSmoothTargets, kMostSmoothTargets));
-}
-
-void Measuring::report_folded(const SeriesResult& series) {
-  reporter_.report(Code::PanelFolded,
-                   series.line,
-                   fmt::format("{} targets", series.points.size()),
-                   "targets that were not taken for one another, or an affine [vision] model");
 }
 
 void Measuring::report_nested_on_smooth(const SeriesResult& series) {
@@ -150,13 +163,6 @@ void Measuring::report_nested_on_smooth(const SeriesResult& series) {
                    series.line,
                    fmt::format("nested series from line {}", series.line),
                    "[vision] model = \"affine\" or a stiffer one, or no nested series");
-}
-
-void Measuring::report_mirrored(const SeriesResult& series) {
-  reporter_.report(Code::PanelMirrored,
-                   series.line,
-                   fmt::format("{} targets of the series", series.measurements.size()),
-                   "the panel the right way up, or mirror = \"off\" in [gates]");
 }
 
 void Measuring::report_gates(const SeriesResult& series, std::span<const FitPoint> points) {

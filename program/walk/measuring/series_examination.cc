@@ -37,7 +37,7 @@ KnownPads carried_pads(const KnownPads& pads,
 
 /// Deviation of a smooth series from its affine part.
 Eigen::Vector2d bending_mm(const SeriesResult& series, const Position<frame::Nominal>& nominal) {
-  if (!series.is_smooth()) return Eigen::Vector2d::Zero();
+  if (!series.base || !series.is_smooth()) return Eigen::Vector2d::Zero();
   return series.base->smooth->map(nominal).in_mm() - series.base->map.map(nominal).in_mm();
 }
 
@@ -128,6 +128,22 @@ std::optional<std::vector<FitPoint>> without_point(std::span<const FitPoint> poi
   if (!result.fit || result.fit->degrees_of_freedom < 1) return std::nullopt;
   if (!(result.fit->linear.determinant() > 0)) return std::nullopt;
   return kept;
+}
+
+bool is_checked_without(const SeriesResult& series,
+                        const Survey& nominal,
+                        std::span<const std::size_t> left_out) {
+  std::vector<internal::RawPair> pairs;
+  for (const std::size_t i : series.measurements) {
+    if (std::ranges::find(left_out, i) != left_out.end()) continue;
+    const Measurement& target = nominal.measurements[i];
+    pairs.push_back({target.request.nominal.in_mm(),
+                     target.measured.position.in_mm(),
+                     target.measured.cov,
+                     target.request.axes});
+  }
+  const internal::RawFitResult result = internal::fit_raw(pairs, series.prescribed);
+  return result.fit && result.fit->degrees_of_freedom >= 1;
 }
 
 }  // namespace panelcal

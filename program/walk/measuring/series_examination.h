@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <vector>
@@ -31,5 +32,13 @@ std::optional<SeriesFault> examine_series(const SeriesResult& series,
 std::optional<std::vector<FitPoint>> without_point(std::span<const FitPoint> points,
                                                    std::size_t i_point,
                                                    PanelModel model);
+
+/// True if the targets of a series still determine its model with an equation to spare where some
+/// are left out: what remains can be held against its limits.
+///
+/// In     nominal: the check's, which `series` is of; left_out: measurements of the series
+bool is_checked_without(const SeriesResult& series,
+                        const Survey& nominal,
+                        std::span<const std::size_t> left_out);
 
 }  // namespace panelcal

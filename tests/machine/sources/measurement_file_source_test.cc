@@ -106,9 +106,12 @@ TEST(MeasurementFile, RoundTripsEveryOptionalKey) {
   written.reason = "two discs\tof 1.0 mm";
   written.request.axes = ObservedAxes::Y;
   written.scatter = displacement_mm<frame::Actual>(0.001, 0.00025);
+  written.decision = {Decider::Candidate, "Anna \"A.\"", "2026-11-27T08:00:00Z"};
   const auto read = parse_measurements(to_json(written), "m.jsonl");
   ASSERT_TRUE(read) << read.error().text();
   EXPECT_EQ(to_json(read->measurements[0].answer), to_json(written));
+  EXPECT_EQ(read->measurements[0].answer.decision.by, Decider::Candidate);
+  EXPECT_EQ(read->measurements[0].answer.decision.who, "Anna \"A.\"");
 }
 
 Measurement with_candidates(Random& random) {

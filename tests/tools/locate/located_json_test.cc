@@ -46,7 +46,7 @@ json located(const Target& target, const Displacement<frame::Optical>& hole_offs
   scene.features = mark_features(target, look, camera.mapping);
   Random random(1);
   const Detection detection = locate(render(scene, camera, random), target);
-  return json::parse(located_json({"a \"b\".png", target.number, false}, detection));
+  return json::parse(facts::text(located_row({"a \"b\".png", target.number, false}, detection)));
 }
 
 Target target_of(Shape shape, double size_px) {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "machine/config/machine_config.h"
+#include "tools/locate/located_json.h"
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
@@ -59,9 +60,7 @@ TEST(Suggestion, OfNothingSaysSo) {
 }
 
 TEST(Suggestion, JsonHoldsEveryMark) {
-  const std::string line = suggestion_json(two_pictures()[1]);
-  EXPECT_EQ(line.back(), '\n');
-  const json answer = json::parse(line);
+  const json answer = json::parse(facts::text(suggested_row(two_pictures()[1])));
   EXPECT_EQ(answer["image"], "b \"2\".png");
   ASSERT_EQ(answer["groups"].size(), 2u);
   const json& group = answer["groups"][0];

@@ -235,8 +235,10 @@ pictures are too large by one factor, a line on standard error says so.
 
 needs no machine.toml: it lists everything round, square, cross-shaped or tagged, in groups of like
 size, the most useful first, as comments, and then a [[vision.tool]] block to paste for each of the
-first groups; sizes are in mm with -m and its [camera]. --json writes an object a picture instead,
-with every mark.
+first groups; sizes are in mm with -m and its [camera].
+
+--json FILE writes one document of all pictures, with what could not be read; of --suggest with
+every mark (docs/formats/located_targets.md).
 
 --threads looks at several pictures at once; results and their order do not depend on it.
 

@@ -1,15 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Like command_line.cc it includes CLI11: seconds to compile.
 #include "tools/cli/options/command_options.h"
+#include "tools/cli/options/program_options.h"
 #include <CLI/CLI.hpp>
 
 namespace panelcal {
 namespace {
-
-void add_calibration_facts(CLI::App& command, CalibrateOptions& o) {
-  command.add_option("--json", o.json, "The facts as JSON; - is standard output");
-  command.add_option("--report", o.report, "A page that shows the facts (.html)");
-}
 
 void add_machine(CLI::App& command, CalibrateOptions& o) {
   command.add_option("-m,--machine", o.machine, "machine.toml")->required();
@@ -24,12 +20,12 @@ void add_date(CLI::App& command, CalibrateOptions& o) {
 }
 
 /// Of each calibration that is a file.
-void begin_calibration(CLI::App& command, CalibrateOptions& o, CalibrateOptions::What what) {
-  o.what = what;
+void begin_calibration(CLI::App& command, CalibrateOptions& o) {
   add_machine(command, o);
   command.add_option("-o,--output", o.output, "Write the calibration to this file (.cal.json)");
   add_date(command, o);
-  add_calibration_facts(command, o);
+  add_json(command, o.facts);
+  add_report(command, o.facts, "A page that shows the facts (.html)");
 }
 
 /// SOURCE of those that drive the machine.
@@ -58,10 +54,10 @@ void add_install_by_force(CLI::App& command, CalibrateOptions& o, const char* wh
 }
 
 /// Of those that are tried at a place and printed; no file comes of them.
-void begin_trial(CLI::App& command, CalibrateOptions& o, CalibrateOptions::What what) {
-  o.what = what;
+void begin_trial(CLI::App& command, CalibrateOptions& o) {
   add_machine(command, o);
-  add_calibration_facts(command, o);
+  add_json(command, o.facts);
+  add_report(command, o.facts, "A page that shows the facts (.html)");
   command.add_option("--at", o.at_mm, "X,Y: where a mark lies, machine mm")
       ->expected(2)
       ->delimiter(',')
@@ -75,7 +71,7 @@ void begin_trial(CLI::App& command, CalibrateOptions& o, CalibrateOptions::What 
 }  // namespace
 
 void add_calibrate_spindle_camera_options(CLI::App& command, CalibrateOptions& o) {
-  begin_calibration(command, o, CalibrateOptions::What::SpindleCamera);
+  begin_calibration(command, o);
   add_devices(command, o);
   command.add_option("--spindle", o.spindle, "Which spindle drills (default: [spindle] number)")
       ->check(CLI::Range(1, 12));
@@ -87,7 +83,7 @@ void add_calibrate_spindle_camera_options(CLI::App& command, CalibrateOptions& o
 }
 
 void add_calibrate_camera_options(CLI::App& command, CalibrateOptions& o) {
-  begin_calibration(command, o, CalibrateOptions::What::Camera);
+  begin_calibration(command, o);
   CLI::Option* images =
       add_devices(command, o)
           ->add_option("--images",
@@ -116,7 +112,8 @@ void add_calibrate_camera_options(CLI::App& command, CalibrateOptions& o) {
 }
 
 void add_calibrate_table_options(CLI::App& command, CalibrateOptions& o) {
-  begin_calibration(command, o, CalibrateOptions::What::Table);
+  begin_calibration(command, o);
+  o.installed_key = "table.calibration";
   command.add_option("--plate", o.plate, "The plate: columns, rows, pitch (.toml)")->required();
   CLI::Option_group* source = command.add_option_group("SOURCE", "Looks at the plate");
   source->add_option("--images",
@@ -131,7 +128,8 @@ void add_calibrate_table_options(CLI::App& command, CalibrateOptions& o) {
 }
 
 void add_calibrate_surface_options(CLI::App& command, CalibrateOptions& o) {
-  begin_calibration(command, o, CalibrateOptions::What::Surface);
+  begin_calibration(command, o);
+  o.installed_key = "nightly.surface.file";
   command.add_option("MAP", o.map, "The map, of `panelcal surface fit`")->required();
   add_install_by_force(command,
                        o,
@@ -140,7 +138,7 @@ void add_calibrate_surface_options(CLI::App& command, CalibrateOptions& o) {
 }
 
 void add_calibrate_focus_options(CLI::App& command, CalibrateOptions& o) {
-  begin_trial(command, o, CalibrateOptions::What::Focus);
+  begin_trial(command, o);
   command
       .add_option("--range", o.range, "LOW,HIGH: heights, mm (default: [camera] focus_range_mm)")
       ->expected(2)
@@ -148,7 +146,7 @@ void add_calibrate_focus_options(CLI::App& command, CalibrateOptions& o) {
 }
 
 void add_calibrate_light_options(CLI::App& command, CalibrateOptions& o) {
-  begin_trial(command, o, CalibrateOptions::What::Light);
+  begin_trial(command, o);
   command.add_option("--range", o.range, "LOW,HIGH: lamp levels (default: 10,100)")
       ->expected(2)
       ->delimiter(',');
@@ -158,7 +156,7 @@ void add_calibrate_light_options(CLI::App& command, CalibrateOptions& o) {
 }
 
 void add_calibrate_settle_options(CLI::App& command, CalibrateOptions& o) {
-  begin_trial(command, o, CalibrateOptions::What::Settle);
+  begin_trial(command, o);
   command.add_option("--limit-um", o.limit_um, "Error that a picture may still see")
       ->check(CLI::Range(1e-3, 1e6))
       ->capture_default_str();

@@ -8,8 +8,7 @@ namespace panelcal {
 namespace {
 
 /// Of each of them.
-void begin_history(CLI::App& command, HistoryOptions& o, HistoryOptions::Action action) {
-  o.action = action;
+void begin_history(CLI::App& command, HistoryOptions& o) {
   command.add_option("-l,--ledger", o.ledger, "The ledger's file")->required();
   command.add_option("-o,--output", o.output, "Write to this file, whole or not at all");
 }
@@ -21,14 +20,10 @@ void add_key(CLI::App& command, HistoryOptions& o, bool required) {
       ->required(required);
 }
 
-void add_facts(CLI::App& command, HistoryOptions& o) {
-  command.add_option("--json", o.json, "The facts as JSON; - is standard output");
-}
-
 /// Of those that have something to look at.
 void add_page(CLI::App& command, HistoryOptions& o) {
-  add_facts(command, o);
-  command.add_option("--report", o.report, "A page of the facts (.html)");
+  add_json(command, o.facts);
+  add_report(command, o.facts, "A page of the facts (.html)");
 }
 
 /// Of those that list entries.
@@ -41,25 +36,25 @@ void add_list(CLI::App& command, HistoryOptions& o) {
 }  // namespace
 
 void add_history_list_options(CLI::App& command, HistoryOptions& o) {
-  begin_history(command, o, HistoryOptions::Action::List);
+  begin_history(command, o);
   add_list(command, o);
   add_page(command, o);
 }
 
 void add_history_export_options(CLI::App& command, HistoryOptions& o) {
-  begin_history(command, o, HistoryOptions::Action::Export);
+  begin_history(command, o);
   add_list(command, o);
 }
 
 void add_history_show_options(CLI::App& command, HistoryOptions& o) {
-  begin_history(command, o, HistoryOptions::Action::Show);
+  begin_history(command, o);
   command.add_option("ID", o.ids, "Its number")->required()->expected(1);
   command.add_flag("--result", o.result, "The calibration itself, byte for byte");
   add_page(command, o);
 }
 
 void add_history_diff_options(CLI::App& command, HistoryOptions& o) {
-  begin_history(command, o, HistoryOptions::Action::Diff);
+  begin_history(command, o);
   command.add_option("ID", o.ids, "Two numbers: before and after")->required()->expected(2);
   CLI::Option* program =
       command.add_option("--program", o.program, "Show how far every hole of this job would move");
@@ -78,36 +73,36 @@ void add_history_diff_options(CLI::App& command, HistoryOptions& o) {
 }
 
 void add_history_rollback_options(CLI::App& command, HistoryOptions& o) {
-  begin_history(command, o, HistoryOptions::Action::RollBack);
+  begin_history(command, o);
   add_key(command, o, true);
   command.add_option("--to", o.to, "Entry to go back to (default: the one before)");
   command.add_option("--reason", o.reason, "Why, for those who read it later")->required();
   command.add_option("--by", o.asked_by, "Who asks (default: the user)");
-  add_facts(command, o);
+  add_json(command, o.facts);
 }
 
 void add_history_fresh_start_options(CLI::App& command, HistoryOptions& o) {
-  begin_history(command, o, HistoryOptions::Action::FreshStart);
+  begin_history(command, o);
   add_key(command, o, true);
   command.add_option("--reason", o.reason, "Reason: the part that was changed or examined")
       ->required();
   command.add_option("--by", o.asked_by, "Name of the person (default: the user)");
-  add_facts(command, o);
+  add_json(command, o.facts);
 }
 
 void add_history_plot_options(CLI::App& command, HistoryOptions& o) {
-  begin_history(command, o, HistoryOptions::Action::Plot);
+  begin_history(command, o);
   add_key(command, o, true);
   command.add_option("--parameter", o.parameter, "Its name, as `show` lists it")->required();
   add_page(command, o);
 }
 
 void add_history_verify_options(CLI::App& command, HistoryOptions& o) {
-  begin_history(command, o, HistoryOptions::Action::Verify);
+  begin_history(command, o);
   command.add_option(
       "-m,--machine", o.machine_file, "machine.toml: its calibrations and its reports");
   command.add_option("--against", o.against, "Files, or folders of .json and .html files");
-  add_facts(command, o);
+  add_json(command, o.facts);
 }
 
 }  // namespace panelcal

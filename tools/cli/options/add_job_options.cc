@@ -40,7 +40,7 @@ void add_threads(CLI::App& command, std::size_t& n_threads) {
 void add_check_options(CLI::App& command, CheckOptions& o) {
   command.add_option("PROGRAM", o.program, "Part program; - is standard input");
   command.add_option("-m,--machine", o.machine, "machine.toml");
-  command.add_option("--json", o.json, "Write the findings as JSON; - is standard output");
+  add_json(command, o.facts);
   add_clock(command, o.clock);
   add_limit(command, o.max_operations);
   add_reading(command, o.reading);
@@ -57,9 +57,8 @@ void add_survey_options(CLI::App& command, SurveyOptions& o) {
 void add_plan_options(CLI::App& command, PlanOptions& o) {
   command.add_option("PROGRAM", o.program, "Part program; - is standard input")->required();
   command.add_option("-m,--machine", o.machine, "machine.toml")->required();
-  command.add_option(
-      "--report", o.report, "The plan as a page that moves with its targets (.html)");
-  command.add_option("--json", o.json, "The plan as facts for programs; - is standard output");
+  add_report(command, o.facts, "The plan as a page that moves with its targets (.html)");
+  add_json(command, o.facts);
   command.add_option("--add", o.n_added, "Further targets to propose together")
       ->check(CLI::Range(1, 20))  // plan::kMostAdded
       ->capture_default_str();
@@ -123,8 +122,8 @@ void add_run_options(CLI::App& command, RunOptions& o) {
       ->check(CLI::PositiveNumber);
   command.add_option(
       "--explain", o.explain, "Explain places: L14 for those of line 14, 500 for the 500th");
-  command.add_option("--report", o.report, "Write an HTML report");
-  command.add_option("--json", o.json, "Write the report's facts as JSON; - is standard output");
+  add_report(command, o.facts, "Write an HTML report");
+  add_json(command, o.facts);
   command.add_option("--save-measurements",
                      o.save_measurements,
                      "Write the measurements, to replay with --measurements");
@@ -175,7 +174,7 @@ void add_locate_options(CLI::App& command, LocateCommandOptions& o) {
       "--suggest",
       o.suggests,
       "Look for everything that could be a target, and write [[vision.tool]] blocks for it");
-  command.add_flag("--json", o.json, "The suggestion as JSON Lines")->needs(suggest);
+  add_json(command, o.facts);
   suggest->excludes(tool)->excludes(candidates);
   command.final_callback([&o] {
     if (o.suggests) return;
@@ -209,9 +208,8 @@ void add_nightly_options(CLI::App& command, NightlyOptions& o) {
       ->required();
   command.add_flag("--dry-run", o.is_dry_run, "Print the steps; move and write nothing");
   command.add_flag("--again", o.is_again, "Calibrate again what this night has calibrated already");
-  command.add_option(
-      "--report", o.report, "The report's page (default: [nightly] reports/NIGHT.html)");
-  command.add_option("--json", o.json, "The facts as JSON; - is standard output");
+  add_report(command, o.facts, "The report's page (default: [nightly] reports/NIGHT.html)");
+  add_json(command, o.facts);
   command.add_option("--temperature", o.temperature_c, "Of the machine, degC (default: [nightly])")
       ->check(CLI::Range(-50.0, 100.0));
   command.add_option("--by,--asked-by", o.asked_by, "Who asks (default: the user)");

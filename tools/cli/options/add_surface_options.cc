@@ -11,12 +11,6 @@
 namespace panelcal {
 namespace {
 
-/// Of each of them.
-void begin_surface(CLI::App& command, SurfaceOptions& o, SurfaceOptions::What what) {
-  o.what = what;
-  command.add_option("--json", o.json, "The result as facts for programs; - is standard output");
-}
-
 constexpr const char* kClock = "Date and time for texts, such as 2026-11-21T13:45:00";
 
 /// Of a map of several zones one is taken.
@@ -43,7 +37,7 @@ void add_format(CLI::App& command, SurfaceOptions& o, const char* what) {
 }  // namespace
 
 void add_surface_fit_options(CLI::App& command, SurfaceOptions& o) {
-  begin_surface(command, o, SurfaceOptions::What::Fit);
+  add_json(command, o.facts);
   command
       .add_option("PROBES",
                   o.files,
@@ -91,11 +85,11 @@ void add_surface_fit_options(CLI::App& command, SurfaceOptions& o) {
       ->capture_default_str();
   command.add_option("--zaxis", o.z_axis, "Whose heights, of probes with several Z axes (from 0)")
       ->check(CLI::Range(0, 63));
-  command.add_option("--report", o.report, "Heights, sigmas and probes as a page (.html)");
+  add_report(command, o.facts, "Heights, sigmas and probes as a page (.html)");
 }
 
 void add_surface_query_options(CLI::App& command, SurfaceOptions& o) {
-  begin_surface(command, o, SurfaceOptions::What::Query);
+  add_json(command, o.facts);
   command.add_option("MAP", o.map, "The map (.json)")->required();
   CLI::Option* places = command.add_option(
       "PLACE", o.places, "X,Y in mm, as many as you like; - reads them, one a line");
@@ -107,14 +101,14 @@ void add_surface_query_options(CLI::App& command, SurfaceOptions& o) {
 }
 
 void add_surface_diff_options(CLI::App& command, SurfaceOptions& o) {
-  begin_surface(command, o, SurfaceOptions::What::Diff);
+  add_json(command, o.facts);
   command.add_option("MAP", o.files, "Two maps: before and after")->required()->expected(2);
   add_zone(command, o);
-  command.add_option("--report", o.report, "The difference as a page (.html)");
+  add_report(command, o.facts, "The difference as a page (.html)");
 }
 
 void add_surface_plan_options(CLI::App& command, SurfaceOptions& o) {
-  begin_surface(command, o, SurfaceOptions::What::Plan);
+  add_json(command, o.facts);
   CLI::Option* map = command.add_option(
       "MAP", o.map, "A map of this panel, or with --afresh of one like it (.json)");
   add_zone(command, o);
@@ -142,11 +136,11 @@ void add_surface_plan_options(CLI::App& command, SurfaceOptions& o) {
   length->needs(amplitude)->excludes(map);
   amplitude->needs(sigma);
   command.add_option("-o,--output", o.output, "List of the places, in the order to probe (.csv)");
-  command.add_option("--report", o.report, "The plan as a page (.html)");
+  add_report(command, o.facts, "The plan as a page (.html)");
 }
 
 void add_surface_apply_options(CLI::App& command, SurfaceOptions& o) {
-  begin_surface(command, o, SurfaceOptions::What::Apply);
+  add_json(command, o.facts);
   command.add_option("MAP", o.map, "The map (.json)")->required();
   command.add_option("GCODE", o.gcode, "The program")->required();
   command.add_option("-o,--output", o.output, "The levelled program; - is standard output")
@@ -174,7 +168,7 @@ void add_surface_apply_options(CLI::App& command, SurfaceOptions& o) {
 }
 
 void add_surface_export_options(CLI::App& command, SurfaceOptions& o) {
-  begin_surface(command, o, SurfaceOptions::What::Export);
+  add_json(command, o.facts);
   command.add_option("MAP", o.map, "The map (.json)")->required();
   command
       .add_option("-o,--output",

@@ -1,25 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "tools/cli/options/facts_files.h"
 
 namespace panelcal {
 
 /// The commands of `panelcal calibrate`.
 struct CalibrateOptions {
-  enum class What : std::uint8_t { SpindleCamera, Camera, Table, Surface, Focus, Light, Settle };
-  What what = What::SpindleCamera;
   std::string machine;
   std::string machine_driver;  ///< SOURCE: sim
   std::string camera;          ///< SOURCE: address of a live camera
   std::string output;          ///< the calibration's file; empty: none
   std::string clock;           ///< of the record, UTC: 2026-11-21T02:00:00Z; empty: now
-  std::string json;            ///< file of the facts, - is standard output; empty: none
-  std::string report;          ///< page of the facts; empty: none
+  FactsFiles facts;
   bool install = false;
+  /// Key of machine.toml whose file -o may name, since --install puts that in force; empty: none.
+  std::string installed_key;
   // spindle-camera
   std::optional<int> spindle;  ///< absent: as [spindle] says
   std::optional<int> station;

@@ -8,13 +8,12 @@
 #include <vector>
 
 #include "program/walk/reading_terms.h"
+#include "tools/cli/options/facts_files.h"
 
 namespace panelcal {
 
 /// The commands of `panelcal history`.
 struct HistoryOptions {
-  enum class Action : std::uint8_t { List, Show, Diff, RollBack, FreshStart, Export, Plot, Verify };
-  Action action = Action::List;
   std::string ledger;
   std::string machine;  ///< these four: empty for all; roll back needs the first three
   std::string kind;
@@ -25,10 +24,9 @@ struct HistoryOptions {
   std::string parameter;           ///< to plot
   std::optional<std::int64_t> to;  ///< entry to go back to; empty: the one before
   std::string reason;
-  std::string asked_by;              ///< empty: the user
-  std::string output;                ///< of the text; empty: standard output
-  std::string json;                  ///< of the facts; empty: none
-  std::string report;                ///< .html; empty: none
+  std::string asked_by;  ///< empty: the user
+  std::string output;    ///< of the text; empty: standard output
+  FactsFiles facts;
   bool result = false;               ///< show the calibration's own bytes
   std::vector<std::string> against;  ///< verify: files and folders that note the ledger's head
   // diff: what a change does to a job.

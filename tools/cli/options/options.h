@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "calib/base/expected.h"
 #include "program/walk/reading_terms.h"
 #include "tools/cli/options/calibrate_options.h"
 #include "tools/cli/options/file_options.h"
@@ -24,8 +25,8 @@ struct CommonOptions {
 struct CheckOptions {
   std::string program;  ///< may be empty: then only the machine file is checked
   std::string machine;  ///< may be empty
-  std::string json;     ///< the findings; "-": standard output; empty: none
-  std::string clock;    ///< of texts and of calibrations' age: 2026-11-21T13:45:00; empty: now
+  FactsFiles facts;
+  std::string clock;  ///< of texts and of calibrations' age: 2026-11-21T13:45:00; empty: now
   std::int64_t max_operations = kUsualMaxOperations;
   ReadingTerms reading;
 };
@@ -49,8 +50,7 @@ struct RunOptions {
   std::string surface;         ///< a map made before; empty: none
   std::string output;
   std::string format;  ///< empty: from the output's extension
-  std::string report;
-  std::string json;  ///< the facts of the report; "-": standard output
+  FactsFiles facts;
   std::string save_measurements;
   std::string save_probes;
   std::string clock;
@@ -85,16 +85,15 @@ struct LocateCommandOptions {
   std::optional<double> radius_px;  ///< of it; there if at_px is
   std::string overlay;              ///< a .png, or a folder of them; empty: none
   bool lists_candidates = false;
-  bool suggests = false;      ///< tells what is there instead
-  bool json = false;          ///< the suggestion as JSON Lines
+  bool suggests = false;  ///< tells what is there instead
+  FactsFiles facts;
   std::size_t n_threads = 0;  ///< 0: one for each processor
 };
 
 struct PlanOptions {
   std::string program;
   std::string machine;
-  std::string json;          ///< facts; - is standard output; empty: none
-  std::string report;        ///< page; empty: none
+  FactsFiles facts;
   std::string measurements;  ///< of an earlier job, for the noise of its targets; may be empty
   std::string clock;         ///< as CheckOptions
   std::optional<double> fiducial_sigma_um;  ///< noise of a target's picture along each axis
@@ -115,8 +114,7 @@ struct SynthOptions {
 
 struct NightlyOptions {
   std::string machine;
-  std::string report;                   ///< .html; empty: [nightly] reports
-  std::string json;                     ///< the same
+  FactsFiles facts;                     ///< empty ones: [nightly] reports
   std::string clock;                    ///< UTC: 2026-11-21T02:00:00Z; empty: now
   std::string asked_by;                 ///< empty: the user
   std::optional<double> temperature_c;  ///< absent: [nightly] says where it stands
@@ -136,14 +134,14 @@ using CommandOptions = std::variant<CheckOptions,
                                     HistoryOptions,
                                     SurfaceOptions>;
 
+struct Answer;
 struct CommandContext;
-enum class ExitCode : int;
 
 struct Options {
   CommonOptions common;
   CommandOptions command;
   /// Executes it; null: help or the version was printed.
-  ExitCode (*run)(CommandContext& context) = nullptr;
+  Expected<Answer> (*run)(CommandContext& context) = nullptr;
   std::vector<std::string> command_line;  ///< as given, for provenance
   std::string command_name;               ///< "panelcal history export"
   std::vector<FileOption> files;          ///< see file_options.h

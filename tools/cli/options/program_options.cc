@@ -40,6 +40,14 @@ void add_reading(CLI::App& command,
   format->needs(program);
 }
 
+void add_json(CLI::App& command, FactsFiles& facts) {
+  command.add_option("--json", facts.json, "The facts as JSON; - is standard output");
+}
+
+void add_report(CLI::App& command, FactsFiles& facts, const char* help) {
+  command.add_option("--report", facts.report, help);
+}
+
 void add_clock(CLI::App& command, std::string& clock) {
   command.add_option("--clock",
                      clock,

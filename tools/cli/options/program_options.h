@@ -5,13 +5,14 @@
 #include <string>
 
 #include "program/walk/reading_terms.h"
+#include "tools/cli/options/facts_files.h"
 
 namespace CLI {
 class App;
 class Option;
 }  // namespace CLI
 
-// Options of all commands that read a program. What they fill must outlive `command`.
+// Options that several commands have. What they fill must outlive `command`.
 namespace panelcal {
 
 void add_limit(CLI::App& command, std::int64_t& max_operations);
@@ -25,6 +26,11 @@ void add_reading(CLI::App& command,
                  ReadingTerms& reading,
                  CLI::Option* program = nullptr,
                  const std::string& format_option = "--format");
+
+/// --json of a command that states facts.
+void add_json(CLI::App& command, FactsFiles& facts);
+/// --report of one whose facts a page shows.
+void add_report(CLI::App& command, FactsFiles& facts, const char* help);
 
 void add_clock(CLI::App& command, std::string& clock);
 

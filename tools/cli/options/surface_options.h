@@ -7,22 +7,20 @@
 #include <vector>
 
 #include "program/walk/reading_terms.h"
+#include "tools/cli/options/facts_files.h"
 
 namespace panelcal {
 
 /// The commands of `panelcal surface`.
 struct SurfaceOptions {
-  enum class What : std::uint8_t { Fit, Query, Diff, Plan, Apply, Export };
-  What what = What::Fit;
   std::vector<std::string> files;  ///< fit: of probes; diff: two maps
   std::string map;      ///< query, apply, export; plan: whose shape is believed, may be empty
   std::string machine;  ///< machine.toml; may be empty but with programs
   std::string program;  ///< query, plan: whose places are asked for; may be empty
   std::string output;   ///< fit: the map; plan: the list of places; may be empty; export
   std::string gcode;    ///< apply: the program, and `output` what becomes of it
-  std::string json;     ///< facts; - is standard output; empty: none
-  std::string report;   ///< fit, diff, plan: page; empty: none
-  std::string clock;    ///< as CheckOptions
+  FactsFiles facts;
+  std::string clock;  ///< as CheckOptions
   std::int64_t max_operations = kUsualMaxOperations;
   ReadingTerms reading;  ///< of `program` and `voids_of`
   // fit

@@ -197,7 +197,7 @@ std::string_view why(FitFailure failure) {
       return "too few targets";
     case FitFailure::Degenerate:
       return "targets coincide, or lie in one line";
-    case FitFailure::BadCovariance:
+    default:
       break;
   }
   return "no usable noise";

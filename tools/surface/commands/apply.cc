@@ -113,10 +113,9 @@ Expected<Answer> apply(const SurfaceOptions& options, CommandContext& context) {
   const LevelFigures& figures = levelled.figures;
   const std::vector<std::string> inputs = {options.map, options.gcode};
   const Provenance provenance = provenance_of(context, inputs);
-  PANELCAL_TRY(
-      std::string words,
-      with_facts(
-          options, [&] { return level_facts(figures, provenance); }, {}, figures_text(figures)));
+  const auto document = [&] { return facts::text(level_facts(figures, provenance)); };
+  Answer answer = state_facts(context, options.facts, {}, document, {figures_text(figures)});
+  if (answer.code != ExitCode::Done) return Answer{{}, answer.code};
   if (options.max_sigma_um && figures.largest_sigma > um(*options.max_sigma_um)) {
     context.console.print(
         Diagnostic{Code::ToleranceHold,
@@ -124,15 +123,17 @@ Expected<Answer> apply(const SurfaceOptions& options, CommandContext& context) {
                    fmt::format("the sigma of the map's height here is {:.2f} um",
                                figures.largest_sigma.in_um()),
                    fmt::format("at most {:g} um (--max-sigma-um)", *options.max_sigma_um)});
-    return Answer{words, ExitCode::GateFailed};
+    answer.code = ExitCode::GateFailed;
+    return answer;
   }
   std::string text = with_provenance(levelled.text, provenance);
   if (options.output != "-") {
     PANELCAL_CHECK(write_file(options.output, text));
-    return Answer{std::move(words)};
+    return answer;
   }
-  context.console.say(words);
-  return Answer{std::move(text)};
+  context.console.say(answer.text);
+  answer.text = std::move(text);
+  return answer;
 }
 
 }  // namespace panelcal::surface

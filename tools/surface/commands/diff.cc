@@ -15,7 +15,7 @@ const std::string kSurfaceDiff = "panelcal surface diff";
 Expected<Answer> diff(const SurfaceOptions& options, CommandContext& context) {
   const std::string& before = options.files.at(0);
   const std::string& after = options.files.at(1);
-  PANELCAL_CHECK(check_extension(kSurfaceDiff, options.report, ".html"));
+  PANELCAL_CHECK(check_extension(kSurfaceDiff, options.facts.report, ".html"));
   PANELCAL_TRY(StoredMap earlier, read_zone_of(before, kSurfaceDiff, options));
   PANELCAL_TRY(StoredMap later, read_zone_of(after, kSurfaceDiff, options));
   auto difference = difference_of(earlier, later);
@@ -26,13 +26,11 @@ Expected<Answer> diff(const SurfaceOptions& options, CommandContext& context) {
   }
   const ComparedMaps maps{
       before, after, std::move(earlier), std::move(later), *std::move(difference)};
-  PANELCAL_TRY(std::string result,
-               with_facts(
-                   options,
-                   [&] { return difference_facts(maps, provenance_of(context, options.files)); },
-                   "From " + before + " to " + after,
-                   difference_text(maps)));
-  return Answer{std::move(result)};
+  const auto document = [&] {
+    return facts::text(difference_facts(maps, provenance_of(context, options.files)));
+  };
+  return state_facts(
+      context, options.facts, "From " + before + " to " + after, document, {difference_text(maps)});
 }
 
 }  // namespace panelcal::surface

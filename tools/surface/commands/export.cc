@@ -194,16 +194,16 @@ Expected<Answer> export_map(const SurfaceOptions& options, CommandContext& conte
     if (problem.place.file.empty()) problem.place.file = options.output;
     return failure(std::move(problem));
   }
-  PANELCAL_TRY(
-      std::string words,
-      with_facts(
-          options, [&] { return export_facts(options, made); }, {}, export_text(options, made)));
+  const auto document = [&] { return facts::text(export_facts(options, made)); };
+  Answer answer = state_facts(context, options.facts, {}, document, {export_text(options, made)});
+  if (answer.code != ExitCode::Done) return Answer{{}, answer.code};
   if (options.output != "-") {
     PANELCAL_CHECK(write_file(options.output, *text));
-    return Answer{std::move(words)};
+    return answer;
   }
-  context.console.say(words);
-  return Answer{*std::move(text)};
+  context.console.say(answer.text);
+  answer.text = *std::move(text);
+  return answer;
 }
 
 }  // namespace panelcal::surface

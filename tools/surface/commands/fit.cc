@@ -34,7 +34,7 @@ std::vector<std::string> inputs_of(const SurfaceOptions& options) {
 
 Expected<void> check_fit_outputs(const SurfaceOptions& options) {
   PANELCAL_CHECK(check_extension(kSurfaceFit, options.output, ".json"));
-  PANELCAL_CHECK(check_extension(kSurfaceFit, options.report, ".html"));
+  PANELCAL_CHECK(check_extension(kSurfaceFit, options.facts.report, ".html"));
   return {};
 }
 
@@ -128,7 +128,6 @@ Expected<Answer> fit(const SurfaceOptions& options, CommandContext& context) {
   context.console.progress("fitting a surface to the probes");
   auto map =
       ZonedMap::of_probes(probes.points, std::move(layout.zones), std::move(layout.voids), how);
-  context.console.end_progress();
   if (!map) {
     Diagnostic problem = std::move(map).error();
     if (problem.place.file.empty()) problem.place.file = options.files.front();
@@ -146,13 +145,11 @@ Expected<Answer> fit(const SurfaceOptions& options, CommandContext& context) {
   PANELCAL_CHECK(write_file(options.output, text));
   std::vector<std::string> inputs = inputs_of(options);
   std::ranges::move(layout.format_files, std::back_inserter(inputs));
-  PANELCAL_TRY(std::string result,
-               with_facts(
-                   options,
-                   [&] { return made_facts(made, provenance_of(context, inputs)); },
-                   "Surface map " + made.file,
-                   made_text(made)));
-  return Answer{std::move(result)};
+  const auto document = [&] {
+    return facts::text(made_facts(made, provenance_of(context, inputs)));
+  };
+  return state_facts(
+      context, options.facts, "Surface map " + made.file, document, {made_text(made)});
 }
 
 }  // namespace panelcal::surface

@@ -164,7 +164,7 @@ bool is_surface(const ZonedMap& map, std::size_t i_zone, const Position<frame::N
 
 Expected<void> check_plan_outputs(const SurfaceOptions& options) {
   PANELCAL_CHECK(check_extension(kSurfacePlan, options.output, ".csv"));
-  return check_extension(kSurfacePlan, options.report, ".html");
+  return check_extension(kSurfacePlan, options.facts.report, ".html");
 }
 
 }  // namespace
@@ -214,7 +214,6 @@ Expected<Answer> plan(const SurfaceOptions& options, CommandContext& context) {
   }
   context.console.progress("planning probes");
   auto plan = plan_probes(request);
-  context.console.end_progress();
   if (!plan) return failure(std::move(plan).error());
   planned.plan = *std::move(plan);
   const bool is_reached = planned.plan.is_reached;
@@ -223,13 +222,14 @@ Expected<Answer> plan(const SurfaceOptions& options, CommandContext& context) {
   }
   const std::vector<std::string> inputs = {
       options.map, options.program, of.format_file, options.machine};
-  PANELCAL_TRY(std::string result,
-               with_facts(
-                   options,
-                   [&] { return plan_facts(planned, provenance_of(context, inputs)); },
-                   "Where to probe",
-                   plan_text(planned)));
-  return Answer{std::move(result), is_reached ? ExitCode::Done : ExitCode::GateFailed};
+  const auto document = [&] {
+    return facts::text(plan_facts(planned, provenance_of(context, inputs)));
+  };
+  return state_facts(context,
+                     options.facts,
+                     "Where to probe",
+                     document,
+                     {plan_text(planned), is_reached ? ExitCode::Done : ExitCode::GateFailed});
 }
 
 }  // namespace panelcal::surface

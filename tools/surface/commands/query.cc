@@ -217,8 +217,8 @@ Expected<Answer> query(const SurfaceOptions& options, CommandContext& context) {
   for (const Asked& place : asked) {
     const Found found = ask(stored.map, place.place);
     if (!found.height) ++n_refused;
-    if (options.json != "-") answer.text += text_line(place, found);
-    if (!options.json.empty()) table.add(place, found);
+    if (options.facts.json != "-") answer.text += text_line(place, found);
+    if (!options.facts.json.empty()) table.add(place, found);
   }
   const auto document = [&] {
     facts::Json out = surface_envelope("query");
@@ -227,14 +227,13 @@ Expected<Answer> query(const SurfaceOptions& options, CommandContext& context) {
     out["places"] = table.facts(stored.map);
     out["provenance"] = provenance_facts(provenance_of(
         context, std::vector<std::string>{options.map, options.program, options.machine}));
-    return out;
+    return facts::text(out);
   };
-  PANELCAL_TRY(answer.text, with_facts(options, document, {}, std::move(answer.text)));
   if (n_refused > 0) {
     answer.code = ExitCode::GateFailed;
     context.console.say(refused_text(n_refused, asked.size(), stored.map));
   }
-  return answer;
+  return state_facts(context, options.facts, {}, document, std::move(answer));
 }
 
 }  // namespace panelcal::surface

@@ -2,35 +2,21 @@
 #pragma once
 
 #include <cstddef>
-#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "calib/base/expected.h"
-#include "calib/base/json/facts.h"
 #include "surface/map/file.h"
 #include "surface/map/voids.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/facts_output.h"
 #include "tools/cli/provenance.h"
 #include "tools/plan/design/places.h"
 
 // The commands `panelcal surface WHAT`.
 namespace panelcal::surface {
-
-/// The text for standard output, and whether all of it could be done.
-struct Answer {
-  std::string text;
-  ExitCode code = ExitCode::Done;
-};
-
-Expected<Answer> fit(const SurfaceOptions& options, CommandContext& context);
-Expected<Answer> query(const SurfaceOptions& options, CommandContext& context);
-Expected<Answer> diff(const SurfaceOptions& options, CommandContext& context);
-Expected<Answer> plan(const SurfaceOptions& options, CommandContext& context);
-Expected<Answer> apply(const SurfaceOptions& options, CommandContext& context);
-Expected<Answer> export_map(const SurfaceOptions& options, CommandContext& context);
 
 /// Every place that a program works at on a perfect panel.
 struct ProgramPlaces {
@@ -70,21 +56,6 @@ Expected<std::size_t> zone_of(const StoredZones& stored,
 
 /// Version, command line and digests, for what is written.
 Provenance provenance_of(const CommandContext& context, std::span<const std::string> files);
-
-/// Makes a document of facts where --json or --report asks for one.
-///
-/// In     make: the document; title: of the page; text: the result in words
-/// Out    what standard output gets: the text, or the document with `--json -`
-/// Fails  as write_file()
-Expected<std::string> with_facts(const SurfaceOptions& options,
-                                 const std::function<facts::Json()>& make,
-                                 const std::string& title,
-                                 std::string text);
-
-/// Fails  usage, of `panelcal surface WHAT`: no `extension` at a name that is not empty
-Expected<void> check_extension(const std::string& command,
-                               const std::string& name,
-                               std::string_view extension);
 
 Diagnostic usage(const std::string& command, std::string what, std::string expected);
 

@@ -43,6 +43,13 @@ Expected<Image> decode_image(std::string_view bytes, std::string_view name);
 /// Fails  picture-format (an empty picture)
 Expected<std::string> encode_png(const Image& image);
 
+/// A grey JPEG for people, 8 bit, levels as they are. A larger picture than max_side_px is made
+/// smaller by a whole factor: means of squares of pixels; what is left at its right and lower edges
+/// is cut off.
+///
+/// Fails  picture-format (an empty picture)
+Expected<std::string> encode_jpeg(const Image& image, int max_side_px);
+
 /// Writes the PNG whole or not at all.
 ///
 /// Fails  picture-format; device-write

@@ -10,6 +10,16 @@
 namespace panelcal {
 namespace {
 
+TEST(ChiSquare, KnowsTheTables) {
+  // Abramowitz and Stegun, table 26.8, to its six figures.
+  EXPECT_NEAR(chi_square_exceedance(3.84146, 1), 0.05, 1e-6);
+  EXPECT_NEAR(chi_square_exceedance(5.99146, 2), 0.05, 1e-6);
+  EXPECT_NEAR(chi_square_exceedance(11.0705, 5), 0.05, 1e-5);
+  EXPECT_NEAR(chi_square_exceedance(124.342, 100), 0.05, 1e-5);
+  EXPECT_EQ(chi_square_exceedance(0, 3), 1);
+  EXPECT_EQ(chi_square_exceedance(1e6, 3), 0);
+}
+
 // Abramowitz and Stegun 1964, table 26.8.
 TEST(ChiSquare, IsAsTabulated) {
   EXPECT_NEAR(chi_square_exceedance(10.8276, 1), 1e-3, 1e-7);

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // What few views say of their own scatter: sigmas, outliers, the form. No picture is drawn here.
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <string>
 #include <vector>
 
+#include "calib/base/statistics/linear_algebra.h"
 #include "machine/calibrate/camera/outliers.h"
 #include "machine/calibrate/camera/run.h"
 #include <fmt/format.h>
@@ -142,6 +144,72 @@ TEST(CameraScatter, OfSoundViewsIsNoReasonToLeaveOneOut) {
   }
   // One in a thousand is expected; two of a hundred come by chance in 0.5 % of the seeds.
   EXPECT_LE(lost, 1);
+}
+
+constexpr double kSharp_px = 0.005;
+constexpr double kBlurred_px = 0.2;
+
+/// 25 views, every so manieth of a sharp mark and the others honestly blurred, which a stage
+/// scatters all alike by more than is stated.
+MarkSights sights_of_unequal_sharpness(std::size_t sharp_every, std::uint64_t seed) {
+  MarkSights sights = sights_of(5, kNoise_px, seed);
+  Random random(seed + 1000);
+  for (std::size_t i = 0; i < sights.data.seen.size(); ++i) {
+    const double sigma_px = i % sharp_every == 0 ? kSharp_px : kBlurred_px;
+    sights.data.seen[i].seen.cov = sigma_px * sigma_px * Eigen::Matrix2d::Identity();
+    move(sights, i, sigma_px * Eigen::Vector2d(random.normal(), random.normal()));
+  }
+  return sights;
+}
+
+CameraFitOptions axis_in_the_middle() {
+  CameraFitOptions options;
+  options.axis_px = kAxis_px;
+  return options;
+}
+
+/// Half of the views are sharp, a quarter, and three of 25; 20 calibrations each.
+TEST(CameraScatter, OfAStageIsNoReasonToLeaveSharpViewsOut) {
+  for (const std::size_t sharp_every : {2U, 4U, 10U}) {
+    for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+      MarkSights sights = sights_of_unequal_sharpness(sharp_every, seed);
+      EXPECT_EQ(internal::leave_out_outliers(axis_in_the_middle(), sights).value(), 0)
+          << "every " << sharp_every << ", seed " << seed;
+    }
+  }
+}
+
+/// One sharp view that is off by 40 times what the stage scatters, or a blurred one by 10 times its
+/// sigma; 20 calibrations each.
+TEST(CameraScatter, NamesTheViewThatLiesAmongSharpAndBlurredOnes) {
+  for (const std::size_t i_off : {8U, 9U}) {
+    for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+      MarkSights sights = sights_of_unequal_sharpness(4, seed);
+      move(sights, i_off, Eigen::Vector2d(1.6, -1.2));
+      ASSERT_EQ(internal::leave_out_outliers(axis_in_the_middle(), sights).value(), 1)
+          << "view " << i_off << ", seed " << seed;
+      EXPECT_EQ(sights.missed.front().picture, sights.names[i_off]) << "seed " << seed;
+    }
+  }
+}
+
+/// Scale and rotation are as far off as their covariance says; the seven sharp views, whose weight
+/// is most of it, tell the scatter with 14 coordinates, not 50.
+TEST(CameraScatter, IsCountedWhereViewsAreUnequallySharp) {
+  constexpr std::uint64_t kDraws = 60;
+  const CameraModel::Parameters truth = flat_camera();
+  double chi_square = 0;
+  for (std::uint64_t seed = 1; seed <= kDraws; ++seed) {
+    const auto run = fit_camera_run(
+        MachineConfig(), sights_of_unequal_sharpness(4, seed), {.form = CameraForm::Flat});
+    ASSERT_TRUE(run) << run.error().text();
+    const Eigen::Vector2d error(run->fit.parameters.scale_mm_per_px - truth.scale_mm_per_px,
+                                run->fit.parameters.rotation_rad - truth.rotation_rad);
+    const Eigen::Matrix2d cov = run->fit.covariance.topLeftCorner<2, 2>();
+    chi_square += internal::squared_distance(error, cov) / kDraws;
+  }
+  // 2 if the scatter were known, 2.33 of 14 degrees of freedom; four sigmas of 60 draws.
+  EXPECT_NEAR(chi_square, 2.2, 1.1);
 }
 
 TEST(CameraScatter, DoesNotHideASpeckAmongNineViews) {

@@ -3,11 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <memory>
+#include <string>
 
 #include "calib/camera/calibration/calibration_file.h"
 #include "machine/calibrate/kinds/kinds.h"
 #include "machine/calibrate/kinds/spindle_camera.h"
 #include "machine/nightly/record/night_history.h"
+#include "machine/sources/device_set.h"
 #include <gmock/gmock.h>
 
 #include "tests/machine/nightly/picture_night.h"
@@ -47,6 +51,23 @@ TEST(SpindleCameraNight, MeasuresInstallsAndReportsWhatAPersonWantsToSee) {
   ASSERT_TRUE(entry);
   EXPECT_EQ(entry->record.verdict, LedgerVerdict::Installed);
   EXPECT_EQ(entry->record.inputs.size(), 2u);
+}
+
+/// The holes are drilled by then: nothing but the offset itself may keep it from being recorded.
+TEST(SpindleCameraNight, HashesItsInputsBeforeItDrills) {
+  const test::PictureNights nights;
+  const auto config = nights.config();
+  ASSERT_TRUE(config) << config.error().text();
+  const auto set = DeviceSet::simulated(*config, nights.now);
+  ASSERT_TRUE(set) << set.error().text();
+  CalibrationDevices devices = set->devices();
+  devices.observer = [&](const SeenView&) { std::filesystem::remove(config->camera_file); };
+  const std::string before = input_of(config->camera_file).value().sha256;
+  const auto result = spindle_camera_kind(std::make_shared<MachineConfig>(*config))
+                          ->measure(devices, {nights.now, {}, "", "timer", "panelcal test"});
+  ASSERT_TRUE(result) << result.error().text();
+  EXPECT_FALSE(std::filesystem::exists(config->camera_file));
+  EXPECT_EQ(result->draft.record.inputs.at(1).sha256, before);
 }
 
 TEST(SpindleCameraNight, AnUsedUpCouponKeepsOrHoldsAndTheNightStaysOpen) {

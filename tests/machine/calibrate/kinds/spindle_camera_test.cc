@@ -58,8 +58,12 @@ class CalibrationRecordTest : public ::testing::Test {
     EXPECT_TRUE(opened) << opened.error().text();
     return *std::move(opened);
   }
+  Expected<LedgerDraft> draft_of(double x_mm, const RecordWords& words) const {
+    PANELCAL_TRY(std::vector<LedgerInput> inputs, spindle_camera_inputs(config_));
+    return spindle_camera_draft(config_, run_of(x_mm), words, std::move(inputs));
+  }
   void append(Ledger& ledger, double x_mm, LedgerVerdict verdict = LedgerVerdict::Installed) {
-    const auto draft = spindle_camera_draft(config_, run_of(x_mm), words(verdict));
+    const auto draft = draft_of(x_mm, words(verdict));
     ASSERT_TRUE(draft) << draft.error().text();
     const auto entry = ledger.append(*draft);
     ASSERT_TRUE(entry) << entry.error().text();
@@ -79,7 +83,7 @@ class CalibrationRecordTest : public ::testing::Test {
 };
 
 TEST_F(CalibrationRecordTest, TheDraftSaysAllThatThereIs) {
-  const auto draft = spindle_camera_draft(config_, run_of(45.03), words());
+  const auto draft = draft_of(45.03, words());
   ASSERT_TRUE(draft) << draft.error().text();
   const LedgerRecord& record = draft->record;
   EXPECT_EQ(record.key, (LedgerKey{"drill 1", LedgerKind::SpindleCamera, "spindle 1 station 1"}));
@@ -171,7 +175,7 @@ TEST_F(CalibrationRecordTest, ASpindleThatOnlyTheFileHasIsKept) {
 }
 
 TEST_F(CalibrationRecordTest, WhatAPersonPutInTheFileIsToldFromAnInterruptedInstallation) {
-  const auto draft = spindle_camera_draft(config_, run_of(46), words());
+  const auto draft = draft_of(46, words());
   ASSERT_TRUE(draft) << draft.error().text();
   SpindleCalibration by_hand = parse_spindle_calibration(draft->result, "").value();
   by_hand.date = by_hand.records[{1, 1}].date = test::kFirstNight - std::chrono::hours(1);
@@ -234,7 +238,7 @@ TEST_F(CalibrationRecordTest, APowerCutBetweenLedgerAndFileIsMended) {
     ASSERT_GE(child, 0);
     if (child == 0) {
       auto opened = Ledger::open(config_.ledger_file, test::first_night());
-      const auto draft = spindle_camera_draft(config_, run_of(45 + 0.01 * night), words());
+      const auto draft = draft_of(45 + 0.01 * night, words());
       if (!opened || !draft || !opened->append(*draft)) _exit(1);
       kill(getpid(), SIGKILL);
     }

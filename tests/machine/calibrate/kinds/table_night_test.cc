@@ -8,6 +8,7 @@
 
 #include "calib/base/files/atomic_file.h"
 #include "calib/table/calibration_file.h"
+#include "machine/calibrate/kinds/kinds.h"
 #include "machine/devices/table_stage.h"
 #include "machine/nightly/nightly.h"
 #include "machine/nightly/record/night_files.h"
@@ -189,6 +190,31 @@ TEST_F(TableNights, SayWhatTheyLack) {
   table = "[nightly.table]\nplate = \"plate.toml\"\nfile = \"table.cal.json\"\n";
   source = "machine_driver = \"sim\"";
   EXPECT_THAT(try_run(), FailsWith(Code::ConfigValue, "plate"));
+}
+
+TEST_F(TableNights, ADamagedResultOfTheLedgerIsNamedThoughTheFileHasIt) {
+  run();
+  const auto config = this->config();
+  ASSERT_TRUE(config) << config.error().text();
+  const auto kind = table_kind(std::make_shared<MachineConfig>(*config),
+                               NightlyConfig(),
+                               CalibrationPlate(),
+                               folder_.path() / "table.cal.json");
+  auto ledger = Ledger::open(config->ledger_file, fixed_clock(now_));
+  ASSERT_TRUE(ledger) << ledger.error().text();
+  EXPECT_EQ(kind->is_installed(*ledger), true);
+  LedgerDraft draft;
+  draft.record.key = kind->key();
+  draft.record.verdict = LedgerVerdict::Installed;
+  draft.record.asked_by = "a person";
+  draft.record.software = "panelcal test";
+  draft.result = "{}";
+  const auto entry = ledger->append(draft);
+  ASSERT_TRUE(entry) << entry.error().text();
+  ASSERT_TRUE(write_file(kind->file(), draft.result));
+  const std::string name = fmt::format("ledger entry {}", entry->id);
+  EXPECT_THAT(kind->is_installed(*ledger), FailsWith(Code::CalibrationInvalid, name));
+  EXPECT_THAT(kind->write_in_force(*ledger), FailsWith(Code::CalibrationInvalid, name));
 }
 
 TEST_F(TableNights, ADamagedTableOfJobsComesBackFromTheLedger) {

@@ -1,4 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "machine/job/facts/survey_facts.h"
+
+#include <cmath>
+
 #include "calib/base/json/facts.h"
 #include "machine/job/facts/job_facts.h"
 #include "machine/job/summary/depth_summary.h"
@@ -178,6 +182,18 @@ TEST(SeriesFacts, ListCausesThatCannotBeToldApart) {
   EXPECT_EQ(fault["causes"][0]["text"], "turned <so>");
   EXPECT_EQ(fault["causes"][1]["target"], 1);
   EXPECT_TRUE(facts_of(survey_with({}))["series"][0]["fault"].is_null());
+}
+
+/// P(chi square of 1 > 3.84) = 0.05, > 6.63: 0.01; of 5 degrees > 0.0: 1 (Abramowitz and Stegun).
+TEST(SeriesFacts, ClaimNoMoreOfAChiSquareThanItTells) {
+  EXPECT_EQ(facts::chi_square_meaning(0, 0), "unchecked");
+  EXPECT_EQ(facts::chi_square_meaning(1, 1), "weak");
+  EXPECT_EQ(facts::chi_square_meaning(5, 1), "rather_large");
+  EXPECT_EQ(facts::chi_square_meaning(7, 1), "too_large_weak");
+  EXPECT_EQ(facts::chi_square_meaning(5, 5), "as_expected");
+  EXPECT_EQ(facts::chi_square_meaning(50, 5), "too_large");
+  EXPECT_EQ(facts::chi_square_meaning(0.01, 5), "too_small");
+  EXPECT_EQ(facts::chi_square_meaning(std::nan(""), 5), "too_large");
 }
 
 /// Rigid is what the targets speak for, stretch in force.

@@ -29,6 +29,28 @@ TEST(ImageIo, PngReadsBackExactly) {
   }
 }
 
+TEST(ImageIo, JpegsOfLargePicturesAreSmaller) {
+  // Quadrants that no compression of 8 x 8 pixels mixes; one row and column are left over.
+  Image image(1601, 801, Image::kFullScale16, 20 * 257);
+  for (int y = 0; y < 801; ++y) {
+    for (int x = 800; x < 1601; ++x) image.at(x, y) = 200 * 257;
+  }
+  const auto jpeg = encode_jpeg(image, 800);
+  ASSERT_TRUE(jpeg.has_value()) << jpeg.error().text();
+  const auto read = decode_image(*jpeg, "a.jpg");
+  ASSERT_TRUE(read.has_value()) << read.error().text();
+  // 1601 px in at most 800: by 3.
+  EXPECT_EQ(read->width(), 533);
+  EXPECT_EQ(read->height(), 267);
+  EXPECT_NEAR(read->at(100, 100), 20, 2);
+  EXPECT_NEAR(read->at(400, 100), 200, 2);
+
+  const auto whole = encode_jpeg(image, 1601);
+  ASSERT_TRUE(whole.has_value());
+  EXPECT_EQ(decode_image(*whole, "a.jpg")->width(), 1601);
+  EXPECT_EQ(encode_jpeg(Image(), 800).error().code, Code::PictureFormat);
+}
+
 TEST(ImageIo, WritesAndReadsFiles) {
   const auto path = std::filesystem::path(::testing::TempDir()) / "image_io_test.png";
   ASSERT_TRUE(write_png(path, sample(255)).has_value());
