@@ -77,7 +77,7 @@ def main():
             n_options += len(outputs)
             for option in sorted(outputs):
                 names = files_in_use(command, set(before))
-                if option == "--linuxcnc" or (command, option) == ("synth", "--output"):
+                if option in ("--jobs", "--linuxcnc") or (command, option) == ("synth", "--output"):
                     names = {"images"}  # folders
                 for name in sorted(names):
                     problems += problems_of(panelcal, folder, command, option, name, before)

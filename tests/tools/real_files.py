@@ -100,6 +100,8 @@ COMMANDS = {
     "calibrate light": "-m machine.toml --machine-driver sim --at 100,80",
     "calibrate settle": "-m machine.toml --machine-driver sim --at 100,80",
     "nightly": "-m machine.toml",
+    # On an address of no computer, so that it never begins.
+    "serve": "-m machine.toml --images images --address 192.0.2.1:8330",
     "history list": "-l drill1.ledger",
     "history export": "-l drill1.ledger",
     "history show": "1 -l drill1.ledger",
@@ -118,13 +120,15 @@ COMMANDS = {
 }
 # Options with a text that name no output; all others with a text are tried as outputs.
 NO_OUTPUTS = {
-    "--against", "--area", "--at", "--by", "--camera", "--clock", "--explain", "--form", "--format", "--grid",
-    "--images", "--kind", "--ledger", "--log-level", "--machine", "--machine-driver",
+    "--address", "--against", "--area", "--at", "--by", "--camera", "--certificate", "--clock", "--explain", "--form", "--format", "--grid",
+    "--host-name", "--images", "--key", "--kind", "--ledger", "--log-level", "--machine", "--machine-driver",
     "--measurements", "--model", "--parameter", "--plate", "--probes", "--program", "--program-format", "--range",
     "--reason", "--seed", "--since", "--slots", "--subject", "--surface", "--to", "--truth",
     "--unit", "--voids-of", "--zero", "--zone", "--zones"}
-OUTPUTS = {"--json", "--linuxcnc", "--output", "--overlay", "--report",
-           "--save-measurements", "--save-probes"}
+OUTPUTS = {"--jobs", "--json", "--linuxcnc", "--output", "--overlay", "--report",
+           "--save-measurements", "--save-probes", "--token-file"}
+# Commands that end by a signal only: words that are changed at random could begin one.
+ENDLESS = {"serve"}
 
 
 def help_of(panelcal, words):

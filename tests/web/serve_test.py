@@ -368,6 +368,7 @@ class Screen(unittest.TestCase):
         self.station.token = "secret"
         self.page.open(self.station.address, quiet=False)
         self.until("document.getElementById('token')")
+        self.assertEqual(self.script("return [...document.querySelectorAll('.desk > div > *')].filter((one) => one.offsetHeight).length"), 0)
         for token, said in (("wrong", "wrong token"), ("secret", "Posalux 5")):
             self.script("document.getElementById('token').value = arguments[0]; document.querySelector('.notice button').click()", token)
             self.until("document.querySelector('main').innerText.includes(arguments[0])", said)

@@ -7,6 +7,7 @@
 #include "tools/cli/help/calibrate_pages.h"
 #include "tools/cli/help/history_pages.h"
 #include "tools/cli/help/job_pages.h"
+#include "tools/cli/help/serve_page.h"
 #include "tools/cli/help/surface_pages.h"
 #include "tools/cli/options/command_options.h"
 
@@ -77,6 +78,8 @@ constexpr auto kCommands = std::to_array<CommandRow>({
         "calibrate settle", "Find how long to wait after a move", pages::kCalibrateSettle),
     row<NightlyOptions, add_nightly_options>(
         "nightly", "Calibrate the machine at night without a person, and report", pages::kNightly),
+    row<ServeOptions, add_serve_options>(
+        "serve", "Show the machine in a browser, and let one person operate it", pages::kServe),
     {"history", "Ask a ledger of calibrations, or go back to an earlier one", pages::kHistory},
     row<HistoryOptions, add_history_list_options, history::list>(
         "history list", "Entries, one a line; * is in force", pages::kHistoryList),

@@ -36,6 +36,7 @@ Expected<Answer> run_command(const TranslateOptions& options, CommandContext& co
 Expected<Answer> run_command(const LocateCommandOptions& options, CommandContext& context);
 Expected<Answer> run_command(const SynthOptions& options, CommandContext& context);
 Expected<Answer> run_command(const NightlyOptions& options, CommandContext& context);
+Expected<Answer> run_command(const ServeOptions& options, CommandContext& context);
 
 namespace calibrate {
 Expected<Answer> spindle_camera(const CalibrateOptions& options, CommandContext& context);

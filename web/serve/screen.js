@@ -34,7 +34,7 @@ function headPart() {
     speak(language() === "de" ? "en" : "de");
     showAll();
   };
-  return [element("h1", {}, element("b", {}, machine), " ", english(source), ` \u00b7 panelcal ${panelcal}`),
+  return [element("h1", {}, machine && [element("b", {}, machine), " ", english(source), " \u00b7 "], `panelcal ${panelcal}`),
     element("button", { type: "button", id: "language", onclick: turn }, word("language_switch")),
     desk.condition === "locked" ? null : controlsText()];
 }
@@ -69,6 +69,7 @@ const light = () => [desk.state?.view?.lamp, desk.state?.view?.exposure, desk.st
 const head = part(element("header"), () => [desk.state?.machine, desk.state?.source, desk.controls, desk.condition, isMine()], headPart);
 const notice = part(element("div", { class: "notice", role: "alert", hidden: true }), () => [desk.condition, desk.refusal], noticePart);
 const view = panel("view", () => [desk.state?.view], pictureFacts);
+const seen = element("div", { class: "seen", hidden: true }, picture.node, view.node);
 const parts = {
   head, notice, view,
   question: panel("question", () => [job()?.question, job()?.targets?.length, ...aimed(), ...light()], () => questionPart(picture)),
@@ -93,7 +94,7 @@ function showAll() {
   }
   for (const one of Object.values(parts)) one.show();
   parts.verdict.node.classList.toggle("hold", job()?.verdict?.may_drill === false);
-  picture.node.hidden = !desk.state?.view;
+  seen.hidden = !desk.state?.view;
   picture.redraw();
   document.body.classList.toggle("busy", desk.isBusy);
   document.body.classList.toggle("lost", desk.condition === "lost");
@@ -107,7 +108,7 @@ addEventListener("keydown", (event) => {
 });
 document.body.append(element("main", { class: "serve" }, head.node, notice.node,
   element("div", { class: "desk" },
-    element("div", {}, element("div", { class: "seen" }, picture.node, view.node), parts.panel.node),
+    element("div", {}, seen, parts.panel.node),
     element("div", {}, parts.question.node, parts.verdict.node, parts.job.node, parts.programs.node, parts.targets.node),
     element("div", {}, parts.calibration.node, parts.history.node))));
 speak(language());

@@ -35,6 +35,20 @@ void add_threads(CLI::App& command, std::size_t& n_threads) {
       ->capture_default_str();
 }
 
+/// The sources of live measurements: `run` and `serve` have the same words for them.
+template <class OptionsOf>
+CLI::Option_group* add_source(CLI::App& command, OptionsOf& o) {
+  CLI::Option_group* source = command.add_option_group("SOURCE", "Where measurements come from");
+  source->add_option("--images", o.images, "Folder with images.csv and pictures");
+  source->add_option("--machine-driver", o.machine_driver, "A machine; now: sim")
+      ->check(CLI::IsMember({"sim"}));
+  source->add_option("--camera",
+                     o.camera,
+                     "A live camera: folder:DIR, video:FILE, v4l2:DEVICE, rtsp://HOST/PATH or "
+                     "gige://ADDRESS");
+  return source;
+}
+
 }  // namespace
 
 void add_check_options(CLI::App& command, CheckOptions& o) {
@@ -77,15 +91,8 @@ void add_plan_options(CLI::App& command, PlanOptions& o) {
 void add_run_options(CLI::App& command, RunOptions& o) {
   command.add_option("PROGRAM", o.program, "Part program; - is standard input")->required();
   command.add_option("-m,--machine", o.machine, "machine.toml")->required();
-  CLI::Option_group* source = command.add_option_group("SOURCE", "Where measurements come from");
-  source->add_option("--images", o.images, "Folder with images.csv and pictures");
+  CLI::Option_group* source = add_source(command, o);
   source->add_option("--measurements", o.measurements, "Recorded measurements (JSON Lines)");
-  source->add_option("--machine-driver", o.machine_driver, "A machine; now: sim")
-      ->check(CLI::IsMember({"sim"}));
-  source->add_option("--camera",
-                     o.camera,
-                     "A live camera: folder:DIR, video:FILE, v4l2:DEVICE, rtsp://HOST/PATH or "
-                     "gige://ADDRESS");
   source->require_option(0, 1);
   command.add_flag("--uncorrected",
                    o.uncorrected,
@@ -215,6 +222,29 @@ void add_nightly_options(CLI::App& command, NightlyOptions& o) {
   command.add_option("--by,--asked-by", o.asked_by, "Who asks (default: the user)");
   command.add_option(
       "--clock", o.clock, "Date and time in UTC, such as 2026-11-21T02:00:00Z (default: now)");
+}
+
+void add_serve_options(CLI::App& command, ServeOptions& o) {
+  command.add_option("-m,--machine", o.machine, "machine.toml")->required();
+  add_source(command, o)->require_option(1);
+  command.add_option(
+      "--jobs", o.jobs, "Folder of programs and jobs (default: jobs beside machine.toml)");
+  CLI::Option_group* access = command.add_option_group("ACCESS", "Who may look and operate");
+  access->add_option("--address", o.address, "HOST:PORT in numbers; port 0: any free one")
+      ->capture_default_str();
+  access->add_option("--token-file",
+                     o.token_file,
+                     "Ask for a token; the first start makes it, prints it once and keeps its hash "
+                     "in this file. Needed on all addresses but loopback");
+  access->add_option("--certificate", o.certificate, "Certificate chain for HTTPS (PEM)");
+  access->add_option("--key", o.key, "Key of the certificate (PEM)");
+  access->add_option("--host-name",
+                     o.host_names,
+                     "A name under which browsers call this server, besides its address; repeat it "
+                     "for more");
+  access->add_flag("--plain-http",
+                   o.allows_plain_http,
+                   "Let the token pass the network readable, where the network itself is trusted");
 }
 
 }  // namespace panelcal

@@ -19,6 +19,7 @@ void add_translate_options(CLI::App& command, TranslateOptions& o);
 void add_locate_options(CLI::App& command, LocateCommandOptions& o);
 void add_synth_options(CLI::App& command, SynthOptions& o);
 void add_nightly_options(CLI::App& command, NightlyOptions& o);
+void add_serve_options(CLI::App& command, ServeOptions& o);
 
 void add_calibrate_spindle_camera_options(CLI::App& command, CalibrateOptions& o);
 void add_calibrate_camera_options(CLI::App& command, CalibrateOptions& o);

@@ -17,7 +17,7 @@ struct Row {
   std::string_view what;  ///< of inputs: "FILE is ..."
 };
 
-constexpr std::array<Row, 26> kFileOptions = {{
+constexpr std::array<Row, 30> kFileOptions = {{
     {"PROGRAM", FileUse::Read, "the program"},
     {"--program", FileUse::Read, "the program"},
     {"GCODE", FileUse::Read, "the program"},
@@ -29,7 +29,9 @@ constexpr std::array<Row, 26> kFileOptions = {{
     {"-l,--ledger", FileUse::Ledger, "the ledger"},
     {"--against", FileUse::Pictures, "the files of --against"},
     {"--camera", FileUse::Camera, "the pictures of --camera"},
+    {"--certificate", FileUse::Read, "the certificate"},
     {"--images", FileUse::Pictures, "the pictures of --images"},
+    {"--key", FileUse::Read, "the key of the certificate"},
     {"--measurements", FileUse::Read, "the file of --measurements"},
     {"--plate", FileUse::Read, "the file of --plate"},
     {"--probes", FileUse::Read, "the file of --probes"},
@@ -39,11 +41,13 @@ constexpr std::array<Row, 26> kFileOptions = {{
     {"--zones", FileUse::Read, "the file of --zones"},
     {"-o,--output", FileUse::Output, ""},
     {"--json", FileUse::Output, ""},
+    {"--jobs", FileUse::OutputFolder, ""},
     {"--linuxcnc", FileUse::OutputFolder, ""},
     {"--overlay", FileUse::OutputFolder, ""},
     {"--report", FileUse::Output, ""},
     {"--save-measurements", FileUse::Output, ""},
     {"--save-probes", FileUse::Output, ""},
+    {"--token-file", FileUse::Output, ""},
 }};
 
 /// "-m,--machine", as registered; of arguments, their word.

@@ -122,6 +122,20 @@ struct NightlyOptions {
   bool is_again = false;  ///< calibrate again what this night has calibrated already
 };
 
+struct ServeOptions {
+  std::string machine;
+  std::string images;          ///< SOURCE, as of run
+  std::string machine_driver;  ///< SOURCE
+  std::string camera;          ///< SOURCE
+  std::string address = "127.0.0.1:8330";
+  std::string jobs;         ///< a folder; empty: jobs beside the machine file
+  std::string token_file;   ///< empty: no token is asked for
+  std::string certificate;  ///< PEM; empty: without TLS
+  std::string key;          ///< PEM
+  std::vector<std::string> host_names;
+  bool allows_plain_http = false;
+};
+
 using CommandOptions = std::variant<CheckOptions,
                                     SurveyOptions,
                                     RunOptions,
@@ -131,6 +145,7 @@ using CommandOptions = std::variant<CheckOptions,
                                     SynthOptions,
                                     CalibrateOptions,
                                     NightlyOptions,
+                                    ServeOptions,
                                     HistoryOptions,
                                     SurfaceOptions>;
 
