@@ -12,11 +12,14 @@ namespace panelcal::internal {
 namespace {
 
 constexpr int kFloorWaves = 6;
-/// Colours whose spread blurs an edge have a mean that is off by this part of it.
-constexpr double kOffOfColours = 0.35;
-constexpr double kPlainSpread_px2 = 0.15;  // a sound lens's astigmatism makes as much
-constexpr double kMaxSpread_px2 = 1;       // no usable lens's colours: vibration makes more
-constexpr double kSureOfAxis = 3;  // times the power of chance: one in eleven by chance exceeds it
+/// The square of how far the mean of three colours of unknown strength is off the middle one, over
+/// the variance of their spread: (1/6) / (1/2), strengths being even in their simplex.
+constexpr double kOffOfColours2 = 1.0 / 3;
+/// Of a sound lens's astigmatism, rms: 16 d a / f^2 of rays that are d waves out of focus and have
+/// a waves of astigmatism, up to 1/4 and 1/20, in a picture of up to f = 0.8 cycles/px.
+constexpr double kPlainSpread_px2 = 0.1;
+constexpr double kMaxSpread_px2 = 1;  // no usable lens's colours: vibration makes more
+constexpr double kSureOfAxis = 2;     // times the power of chance: one in six by chance exceeds it
 
 double used_sectors(const std::vector<char>& use) {
   return std::max(1.0, static_cast<double>(std::ranges::count(use, 1)));
@@ -43,9 +46,27 @@ Eigen::Vector2d wave_of(const Eigen::VectorXd& values,
   return wave * (2 / used_sectors(use));
 }
 
-/// The part of a power that is not chance; 0 if the power is below some times that of chance.
-double part_beyond(double power, double by_chance, double sure) {
-  return power > sure * by_chance ? 1 - by_chance / power : 0;
+/// The part of a power that is neither chance nor anything else as common.
+double part_beyond(double power, double common) {
+  return power > common ? 1 - common / power : 0;
+}
+
+/// By colours: more blur along one direction, on both sides. Chance and the lens's astigmatism have
+/// any direction, so that their powers add to that of colours, and turn it.
+Eigen::Matrix2d hidden_by_spread(const Eigen::VectorXd& blurs,
+                                 const std::vector<char>& use,
+                                 double sigma_px) {
+  const Eigen::Vector2d axis = wave_of(blurs, use, 2);
+  // The variances of the edge along and across differ by 4 s a for a sigma s + a cos 2 phi.
+  const double by_wave_px = 4 * sigma_px;
+  const double plain_px = kPlainSpread_px2 / by_wave_px;
+  const double beyond =
+      part_beyond(axis.squaredNorm(), chance_beside(blurs, use, 2) + plain_px * plain_px);
+  const double spread_px2 = std::min(kMaxSpread_px2, by_wave_px * axis.norm() * std::sqrt(beyond));
+  const double turn = 0.5 * std::atan2(axis.y(), axis.x());
+  const Eigen::Vector2d along(std::cos(turn), std::sin(turn));
+  return kOffOfColours2 * spread_px2 *
+         (beyond * along * along.transpose() + 0.5 * (1 - beyond) * Eigen::Matrix2d::Identity());
 }
 
 }  // namespace
@@ -54,17 +75,8 @@ Eigen::Matrix2d hidden_by_blur(const Eigen::VectorXd& blurs,
                                const std::vector<char>& use,
                                double sigma_px) {
   const Eigen::Vector2d side = wave_of(blurs, use, 1);
-  const Eigen::Vector2d axis = wave_of(blurs, use, 2);
-  const double side_beyond = part_beyond(side.squaredNorm(), chance_beside(blurs, use, 1), 1);
-  const double axis_beyond =
-      part_beyond(axis.squaredNorm(), chance_beside(blurs, use, 2), kSureOfAxis);
-  // The variances of the edge along and across differ by 4 s a for a sigma s + a cos 2 phi.
-  const double spread_px2 = 4 * sigma_px * axis.norm() * std::sqrt(axis_beyond);
-  const double hidden_px2 = kOffOfColours * kOffOfColours *
-                            std::max(0.0, std::min(kMaxSpread_px2, spread_px2) - kPlainSpread_px2);
-  const double turn = 0.5 * std::atan2(axis.y(), axis.x());
-  const Eigen::Vector2d along(std::cos(turn), std::sin(turn));
-  return side_beyond * side * side.transpose() + hidden_px2 * along * along.transpose();
+  const double beyond = part_beyond(side.squaredNorm(), chance_beside(blurs, use, 1));
+  return beyond * side * side.transpose() + hidden_by_spread(blurs, use, sigma_px);
 }
 
 }  // namespace panelcal::internal

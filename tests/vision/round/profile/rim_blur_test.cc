@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "calib/base/statistics/random.h"
@@ -33,34 +34,72 @@ std::vector<char> all_sectors() {
   return std::vector<char>(static_cast<std::size_t>(kBlurSectors), 1);
 }
 
-TEST(RimBlur, NoiseHidesNothing) {
-  const Eigen::Matrix2d cov = hidden_by_blur(blurs_of(0, 0, 0, 0.2), all_sectors(), kEdgeSigma_px);
-  EXPECT_LT(cov.trace(), 0.002);  // (0.2 px)^2 4 / 120 sectors: of one wave by chance
+Eigen::Matrix2d hidden_by(const Eigen::VectorXd& blurs) {
+  return hidden_by_blur(blurs, all_sectors(), kEdgeSigma_px);
+}
+
+TEST(RimBlur, LittleNoiseHidesNothing) {
+  // (0.1 px)^2 4 / 120 sectors of one wave by chance; the spread is below a sound lens's.
+  EXPECT_LT(hidden_by(blurs_of(0, 0, 0, 0.1)).trace(), 0.002);
 }
 
 TEST(RimBlur, AOneSidedBlurCountsAlongItsSide) {
-  const Eigen::Matrix2d cov =
-      hidden_by_blur(blurs_of(0.3, 0, 0, 0.02), all_sectors(), kEdgeSigma_px);
+  const Eigen::Matrix2d cov = hidden_by(blurs_of(0.3, 0, 0, 0.02));
   EXPECT_NEAR(cov(0, 0), 0.09, 0.005);
   EXPECT_LT(cov(1, 1), 0.001);
 }
 
+constexpr double kPlain_px2 = 0.1;  // a sound lens's spread
+
 TEST(RimBlur, ColoursThatAreShiftedCountAlongTheirShift) {
   constexpr double kTurn = std::numbers::pi / 6;
-  const Eigen::Matrix2d cov =
-      hidden_by_blur(blurs_of(0, 0.15, kTurn, 0.005), all_sectors(), kEdgeSigma_px);
+  const Eigen::Matrix2d cov = hidden_by(blurs_of(0, 0.15, kTurn, 0.005));
   const Eigen::Vector2d along(std::cos(kTurn), std::sin(kTurn));
   const Eigen::Vector2d across(-along.y(), along.x());
-  // 4 x 1.2 x 0.15 px^2 of spread, of which 0.15 are any lens's.
-  EXPECT_NEAR(along.dot(cov * along), 0.35 * 0.35 * (0.72 - 0.15), 0.003);
-  EXPECT_LT(across.dot(cov * across), 0.001);
+  // A third of the spread, of whose square a sound lens has a part, which has any direction.
+  constexpr double kSpread_px2 = 4 * kEdgeSigma_px * 0.15;
+  const double of_lens = kPlain_px2 * kPlain_px2 / (kSpread_px2 * kSpread_px2);
+  const double hidden_px2 = std::sqrt(1 - of_lens) * kSpread_px2 / 3;
+  EXPECT_NEAR(along.dot(cov * along), hidden_px2 * (1 - 0.5 * of_lens), 0.003);
+  EXPECT_NEAR(across.dot(cov * across), hidden_px2 * 0.5 * of_lens, 0.001);
+}
+
+/// Noise turns the direction: an error along the true one must still be within its covariance.
+TEST(RimBlur, ColoursCountBesideTheirDirectionAsFarAsNoiseTurnsIt) {
+  constexpr int kDraws = 400;
+  constexpr double kSpread_px2 = 4 * kEdgeSigma_px * 0.15;
+  constexpr double kOther_px = 0.01;  // what else a covariance has
+  double squares = 0;
+  for (std::uint64_t seed = 1; seed <= kDraws; ++seed) {
+    const Eigen::Matrix2d cov = hidden_by(blurs_of(0, 0.15, 0, 0.15, seed)) +
+                                kOther_px * kOther_px * Eigen::Matrix2d::Identity();
+    squares += kSpread_px2 / 3 * cov.inverse()(0, 0) / kDraws;
+  }
+  // 11 if no direction but the one that is seen counts: noise turns it by 0.07 rad rms.
+  EXPECT_LT(squares, 3);
+}
+
+/// Weights (a, b, c) of colours at -1, 0 and 1, even where a + b + c = 1: the square of their mean
+/// is a third of their variance, on average.
+TEST(RimBlur, ThreeColoursOfUnknownStrengthAreAThirdOfTheirSpreadOff) {
+  Random random(20261127);
+  double mean2 = 0;
+  double variance = 0;
+  for (int i = 0; i < 20000; ++i) {
+    double low = random.uniform();
+    double high = random.uniform();
+    if (low > high) std::swap(low, high);
+    const double mean = (1 - high) - low;
+    mean2 += mean * mean;
+    variance += (1 - high) + low - mean * mean;
+  }
+  const double spread_px2 = std::hypot(0.8, kPlain_px2);
+  const Eigen::Matrix2d cov = hidden_by(blurs_of(0, spread_px2 / (4 * kEdgeSigma_px), 0, 0.005));
+  EXPECT_NEAR(cov.trace() / 0.8, mean2 / variance, 0.02);
 }
 
 TEST(RimBlur, VibrationCountsOnlyAsMuchAsALensMakes) {
-  const Eigen::Matrix2d cov =
-      hidden_by_blur(blurs_of(0, 0.8, 0, 0.005), all_sectors(), kEdgeSigma_px);
-  EXPECT_NEAR(cov(0, 0), 0.35 * 0.35 * (1 - 0.15), 0.001);
-  EXPECT_LT(cov(1, 1), 0.001);
+  EXPECT_NEAR(hidden_by(blurs_of(0, 0.8, 0, 0.005)).trace(), 1.0 / 3, 0.001);
 }
 
 /// The values less their wave of one period.
@@ -76,24 +115,21 @@ Eigen::VectorXd without_side(Eigen::VectorXd values) {
   return values;
 }
 
-/// A wave's power over that of six others is F distributed, of 2 and 12 degrees of freedom: beyond
-/// 3 in 1.5^-6 = 8.8 % of the draws, and then its spread is about 0.9 px^2 here.
-TEST(RimBlur, NoiseSeldomLooksLikeColours) {
-  constexpr int kDraws = 400;
-  int n_hidden = 0;
+/// The power of a wave of noise is exponential, that of six others tells its mean: what is left of
+/// its root is 0.30 of the mean's, with a sound lens's spread taken off too, and 0.89 with nothing.
+TEST(RimBlur, ChanceIsTakenOffTheSpreadOfColours) {
+  constexpr int kDraws = 1000;
+  constexpr double kNoise_px = 0.3;
+  const double chance_px2 = 4 * kEdgeSigma_px * kNoise_px * std::sqrt(4.0 / kBlurSectors);
+  double hidden_px2 = 0;
   for (std::uint64_t seed = 1; seed <= kDraws; ++seed) {
-    const Eigen::VectorXd blurs = without_side(blurs_of(0, 0, 0, 0.6, seed));
-    n_hidden += hidden_by_blur(blurs, all_sectors(), kEdgeSigma_px).trace() > 1e-6 ? 1 : 0;
+    hidden_px2 += hidden_by(without_side(blurs_of(0, 0, 0, kNoise_px, seed))).trace() / kDraws;
   }
-  constexpr double kBeyond = 0.0878;
-  const double four_sigmas = 4 * std::sqrt(kBeyond * (1 - kBeyond) * kDraws);
-  EXPECT_NEAR(n_hidden, kBeyond * kDraws, four_sigmas);
+  EXPECT_NEAR(hidden_px2, 0.30 * chance_px2 / 3, 0.06 * chance_px2 / 3);  // four sigmas
 }
 
 TEST(RimBlur, ASoundLensAstigmatismHidesNothing) {
-  const Eigen::Matrix2d cov =
-      hidden_by_blur(blurs_of(0, 0.03, 0, 0.005), all_sectors(), kEdgeSigma_px);
-  EXPECT_LT(cov.trace(), 1e-4);
+  EXPECT_LT(hidden_by(blurs_of(0, 0.02, 0, 0.002)).trace(), 1e-4);
 }
 
 TEST(RimBlur, SectorsThatAreLeftOutDoNotCount) {

@@ -191,8 +191,8 @@ TEST(RimProfile, SaysThatShiftedColoursMayHideAShift) {
   const auto sigma_px = [](const RimProfile& rim, const Eigen::Vector2d& direction) {
     return std::sqrt(direction.dot(rim.center_cov * direction));
   };
-  // A spread of 2/3 1.2^2 = 0.96 px^2 along, of which 0.15 are any lens's; 0.35 of its root.
-  EXPECT_NEAR(sigma_px(*colours, along), 0.35 * std::sqrt(0.96 - 0.15), 0.06);
+  // A spread of 2/3 1.2^2 = 0.96 px^2 along, of whose square 0.1^2 are any lens's; a third of it.
+  EXPECT_NEAR(sigma_px(*colours, along), std::sqrt(std::sqrt(0.96 * 0.96 - 0.1 * 0.1) / 3), 0.06);
   EXPECT_LT(sigma_px(*colours, {-along.y(), along.x()}), 0.05);
   EXPECT_LT(sigma_px(*sharp, along), 0.05);
 }
