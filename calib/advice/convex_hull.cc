@@ -7,17 +7,15 @@
 #include <numbers>
 #include <set>
 
+#include "calib/base/plane_vectors.h"
+
 namespace panelcal {
 namespace {
 
 using Place = Position<frame::Nominal>;
 
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
-
 bool turns_left(const Place& a, const Place& b, const Place& c) {
-  return cross((b - a).in_mm(), (c - b).in_mm()) > 0;
+  return internal::cross((b - a).in_mm(), (c - b).in_mm()) > 0;
 }
 
 bool is_before(const Place& a, const Place& b) {
@@ -67,7 +65,7 @@ Length distance_outside(std::span<const Place> corners, const Place& p) {
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const Place& a = corners[i];
     const Place& b = corners[(i + 1) % corners.size()];
-    if (cross((b - a).in_mm(), (p - a).in_mm()) < 0) is_inside = false;
+    if (internal::cross((b - a).in_mm(), (p - a).in_mm()) < 0) is_inside = false;
     nearest_mm = std::min(nearest_mm, distance_to_side(a, b, p));
   }
   return is_inside ? mm(0) : mm(nearest_mm);

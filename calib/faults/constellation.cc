@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "calib/base/plane_vectors.h"
+#include "calib/base/statistics/distributions.h"
 #include "calib/faults/constellation_map.h"
 
 namespace panelcal {
@@ -41,23 +43,19 @@ double match_cost(double distance2) {
   return 0.5 * std::max(0.0, distance2 - kGood);
 }
 
-double normal_share(double x) {
-  return 0.5 * std::erfc(-x / std::sqrt(2.0));
-}
-
 /// Depth of a place inside a convex area; negative outside.
 double depth_mm(const std::array<Eigen::Vector2d, 4>& corners, const Eigen::Vector2d& place_mm) {
   double area = 0;
   for (std::size_t k = 0; k < 4; ++k) {
     const Eigen::Vector2d& a = corners[k];
     const Eigen::Vector2d& b = corners[(k + 1) % 4];
-    area += a.x() * b.y() - a.y() * b.x();
+    area += internal::cross(a, b);
   }
   double depth = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < 4; ++k) {
     const Eigen::Vector2d side = corners[(k + 1) % 4] - corners[k];
     const Eigen::Vector2d to = place_mm - corners[k];
-    const double left = (side.x() * to.y() - side.y() * to.x()) / std::max(side.norm(), 1e-12);
+    const double left = internal::cross(side, to) / std::max(side.norm(), 1e-12);
     depth = std::min(depth, area > 0 ? left : -left);
   }
   return depth;
@@ -143,9 +141,9 @@ class AssignmentSearch {
       return {.is_possible = false};
     }
     if (!target.view_mm) return {};
-    const double share_seen = normal_share(depth_mm(*target.view_mm, at.place_mm) / sigma_mm);
+    const double share_seen = normal_exceedance(-depth_mm(*target.view_mm, at.place_mm) / sigma_mm);
     const double share_inside =
-        target.radius_mm ? normal_share((*target.radius_mm - off_mm) / sigma_mm) : share_seen;
+        target.radius_mm ? normal_exceedance((off_mm - *target.radius_mm) / sigma_mm) : share_seen;
     const double unseen = target.radius_mm ? 1 - share_seen : 0;
     const double chance = has_trace ? kDoubtful : kBlank;
     Absence out;

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "calib/base/plane_vectors.h"
 #include "calib/faults/stories.h"
 #include <Eigen/LU>
 
@@ -173,7 +174,7 @@ class Matching {
                 std::vector<Places>& out) const {
     const Eigen::Vector2d is = second_mm - first_mm;
     const Eigen::Vector2d was = arm_mm(second_);
-    const double angle = std::atan2(was.x() * is.y() - was.y() * is.x(), was.dot(is));
+    const double angle = std::atan2(cross(was, is), was.dot(is));
     Eigen::Matrix2d r;
     r << std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle);
     Places places(series_.targets.size());

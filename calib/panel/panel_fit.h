@@ -34,15 +34,15 @@ struct Uncertain {
   double sigma = 0;  ///< one standard deviation, same unit
 };
 
-/// What became of a panel's fit, in the words of the trade.
+/// The outcome of a panel's fit, in the words of the trade.
 ///
 /// The map is R(rotation) [scale_x, shear; 0, scale_y] about the targets' centroid plus a shift.
 struct PanelFitSummary {
   PanelModel model = PanelModel::Offset;
-  bool chose_model = false;                 ///< `model` is what the targets speak for
-  std::vector<ModelScore> compared;         ///< all models that the targets could determine
-  std::optional<FitFailure> failure;        ///< why there is no fit; below are the numbers of one
-  std::vector<GateVerdict> gates;           ///< as the targets themselves show, without the misfit
+  bool chose_model = false;           ///< `model` is what the targets speak for
+  std::vector<ModelScore> compared;   ///< all models that the targets could determine
+  std::optional<FitFailure> failure;  ///< the reason if there is no fit; below, the numbers of one
+  std::vector<GateVerdict> gates;     ///< as the targets themselves show, without the misfit
   std::optional<double> smooth_parameters;  ///< effective number; set if the fit is a smooth one
   Uncertain rotation_rad;                   ///< counter-clockwise
   Uncertain stretch_x_ppm;                  ///< scale - 1

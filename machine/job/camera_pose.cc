@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "calib/base/plane_vectors.h"
 #include <Eigen/Core>
 #include <fmt/format.h>
 
@@ -54,7 +55,7 @@ double rest_mm(const std::vector<SeenTarget>& targets, const CameraPose& pose) {
     const Eigen::Vector2d a = t.expected_mm - from;
     const Eigen::Vector2d b = t.expected_mm + pose(t.deviation_mm) - to;
     dot += a.dot(b);
-    cross += a.x() * b.y() - a.y() * b.x();
+    cross += internal::cross(a, b);
   }
   const double angle = std::atan2(cross, dot);
   const double c = std::cos(angle);

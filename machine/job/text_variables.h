@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "calib/base/expected.h"
-#include "program/sieb_meyer/text/plain_text.h"
+#include "program/walk/control_settings.h"
 #include "program/walk/walk.h"
 
 namespace panelcal {

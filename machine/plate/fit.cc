@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "calib/base/plane_vectors.h"
 #include <Eigen/Geometry>
 
 namespace panelcal::internal {
@@ -25,7 +26,7 @@ PlatePose best_pose(const std::vector<PlacePair>& pairs,
     const Eigen::Vector2d a = pair.plate_mm - plate_mm;
     const Eigen::Vector2d b = pair.machine_mm - machine_mm;
     dot += a.dot(b);
-    cross += a.x() * b.y() - a.y() * b.x();
+    cross += internal::cross(a, b);
     lever_mm2 += a.squaredNorm();
   }
   PlatePose out = pose;

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "calib/base/plane_vectors.h"
 #include "program/geometry/arcs.h"
 #include <Eigen/Core>
 
@@ -15,7 +16,7 @@ class ArcPath {
     if (arc.straight) return;
     const Eigen::Vector2d start = arc.start_mm - arc.center_mm;
     const Eigen::Vector2d end = arc.end_mm - arc.center_mm;
-    turn_rad_ = std::atan2(start.x() * end.y() - start.y() * end.x(), start.dot(end));
+    turn_rad_ = std::atan2(internal::cross(start, end), start.dot(end));
     // Half a turn may come out on either side.
     if ((turn_rad_ > 0) == arc.clockwise) turn_rad_ = -turn_rad_;
   }

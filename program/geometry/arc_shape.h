@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "program/geometry/plane_vectors.h"
+#include "calib/base/plane_vectors.h"
 #include "program/model/operation.h"
 #include <Eigen/Core>
 

@@ -6,7 +6,7 @@
 #include <limits>
 #include <numbers>
 
-#include "program/geometry/plane_vectors.h"
+#include "calib/base/plane_vectors.h"
 
 namespace panelcal {
 namespace {

@@ -11,6 +11,9 @@
 // Settings of the controls whose languages need some: the machine states them, before any program.
 namespace panelcal::sieb_meyer {
 
+/// The most holes that &P drills; more is taken for a slip.
+inline constexpr int kMaxSpindle = 64;
+
 /// The values of the text variables of M97 and M98. Small letters are drilled as capitals.
 struct TextVariables {
   std::string date;           ///< &D, dd/mm/yyyy (the manual's second slash in dd//mm is a slip)

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "calib/base/plane_vectors.h"
 #include "program/model/placement.h"
 #include "program/writers/foreign_settings.h"
 #include <fmt/format.h>
@@ -48,7 +49,7 @@ void ProgramWriter::begin(const ProgramInfo& info) {
 void ProgramWriter::write_in_axes(int version) {
   const Eigen::Matrix2d orientation = axis_orientation(version);
   written_from_work_ = orientation.transpose();
-  is_mirrored_ = orientation(0, 0) * orientation(1, 1) - orientation(0, 1) * orientation(1, 0) < 0;
+  is_mirrored_ = internal::is_mirror(orientation);
 }
 
 void ProgramWriter::note_place(const Operation& operation) {

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "calib/base/plane_vectors.h"
 #include "calib/base/units.h"
 #include <Eigen/Core>
 
@@ -52,7 +53,7 @@ inline Eigen::Vector2d half_turn_on_grid(const Eigen::Vector2d& start_mm,
     for (const int j : {0, -1, 1}) {
       const Eigen::Vector2d offset_mm = rounded_mm + step.in_mm() * Eigen::Vector2d(i, j);
       const Eigen::Vector2d to_end_mm = end_mm - start_mm + offset_mm;
-      const double cross_mm2 = offset_mm.x() * to_end_mm.y() - offset_mm.y() * to_end_mm.x();
+      const double cross_mm2 = internal::cross(offset_mm, to_end_mm);
       if ((is_clockwise ? -cross_mm2 : cross_mm2) < -kHalfTurn_mm2) continue;
       const double off_mm2 = (offset_mm - exact_mm).squaredNorm();
       if (off_mm2 >= least_mm2) continue;

@@ -8,12 +8,14 @@
 #include <string>
 #include <utility>
 
+#include "calib/base/plane_vectors.h"
 #include <fmt/format.h>
 
 namespace panelcal {
 namespace {
 
 using Eigen::Vector2d;
+using internal::cross;
 using Corners = std::vector<Position<frame::Nominal>>;
 
 /// Of a polygon each side is held against each other one.
@@ -21,10 +23,6 @@ constexpr std::size_t kMaxAreaCorners = 2000;
 constexpr std::size_t kMostPoints = 10'000;
 /// A kilometer: no table is larger.
 constexpr double kFarthest_mm = 1e6;
-
-double cross(const Vector2d& a, const Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
 
 double edge_distance_mm(const Vector2d& p_mm, const Vector2d& from_mm, const Vector2d& to_mm) {
   const Vector2d along_mm = to_mm - from_mm;

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "calib/advice/convex_hull.h"
+#include "calib/base/plane_vectors.h"
 #include "surface/map/sampled_surface.h"
 #include <fmt/format.h>
 
@@ -142,7 +143,7 @@ double width_mm(const MapPlaces& hull) {
     double farthest_mm = 0;
     for (const auto& corner : hull) {
       const Vector2d to_mm = corner.in_mm() - from_mm;
-      const double area = side_mm.x() * to_mm.y() - side_mm.y() * to_mm.x();
+      const double area = internal::cross(side_mm, to_mm);
       farthest_mm = std::max(farthest_mm, std::abs(area) / side_mm.norm());
     }
     least_mm = std::min(least_mm, farthest_mm);

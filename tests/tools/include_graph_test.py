@@ -8,6 +8,7 @@ Fails, with `file -> file` lines, on
   - a library that includes what is installed of another, as <panelcal/panelcal.h>,
   - a folder that includes one to its right (calib, surface, program; vision beside them; machine;
     tools),
+  - a language of part programs that is entered by another door than its ProgramDialect,
   - a cycle of units in a library (a unit is name.h with name.cc),
   - a cycle of rooms in a library (a room is a folder with the files that lie in it).
 """
@@ -26,6 +27,15 @@ MAY_INCLUDE = {
     "vision": ("calib",),
     "machine": ("calib", "surface", "program", "vision"),
     "tools": ("calib", "surface", "program", "vision", "machine"),
+}
+# Rooms of languages, and who includes them: all others ask a ProgramDialect (program/walk/dialect.h).
+LANGUAGES = ("program/excellon/", "program/sieb_meyer/")
+DOORS = {
+    "program/dialects.cc": "lists the dialects",
+    "program/writers/": "writes a language in its own words and numbers",
+    "machine/job/checked_program.cc": "reads nc_param.txt beside a program, before its language is known",
+    "tools/cli/help/help_topics.cc": "prints the tables of commands",
+    "tools/cli/output_paths.cc": "asks for the files in which subprograms were looked for",
 }
 ALSO_READ = ("tests",)  # their includes must be paths, too
 OWN_INCLUDES = ("tests/install",)  # what a user of the installed libraries writes
@@ -50,6 +60,12 @@ def includes_of(root, path, pattern=INCLUDE):
             found = pattern.match(line)
             if found:
                 yield number, found.group(1)
+
+
+def is_side_door(path, other):
+    """A file outside of a language's room includes one inside."""
+    language = next((room for room in LANGUAGES if other.startswith(room)), None)
+    return language is not None and not path.startswith((language, *DOORS))
 
 
 def unit_of(path):
@@ -134,6 +150,9 @@ def problems(root):
             target = other.split("/")[0]
             if library not in MAY_INCLUDE:
                 continue
+            if is_side_door(path, other):
+                out.append(f"{path}:{line}: a language by a side door: \"{other}\"; ask its "
+                           "ProgramDialect, or name the door in DOORS")
             if target != library:
                 if target not in MAY_INCLUDE[library]:
                     out.append(f"{path}:{line}: {library} includes {target}: \"{other}\"; "
@@ -192,6 +211,19 @@ class IncludeGraph(unittest.TestCase):
         })
         self.assertEqual(len(found), 1)
         self.assertIn("vision/fit/b.h:1: vision includes program", found[0])
+
+    def test_names_a_side_door_of_a_language(self):
+        tree = {
+            "program/excellon/text/a.h": "",
+            "program/sieb_meyer/b.cc": '#include "program/excellon/text/a.h"\n',
+            "program/dialects.cc": '#include "program/excellon/text/a.h"\n',
+            "program/excellon/c.cc": '#include "program/excellon/text/a.h"\n',
+            "machine/job/d.cc": '#include "program/excellon/text/a.h"\n',
+        }
+        found = self.problems_of(tree)
+        self.assertEqual(len(found), 2)
+        self.assertIn("machine/job/d.cc:1: a language by a side door", found[0])
+        self.assertIn("program/sieb_meyer/b.cc:1: a language by a side door", found[1])
 
     def test_shows_a_cycle_of_units(self):
         found = self.problems_of({

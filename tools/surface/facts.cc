@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "calib/base/plane_vectors.h"
 #include "calib/base/statistics/median.h"
 
 namespace panelcal::surface {
@@ -102,7 +103,7 @@ double area_mm2(std::span<const Position<frame::Nominal>> corners) {
   double twice_mm2 = 0;
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const Eigen::Vector2d a = corners[i].in_mm(), b = corners[(i + 1) % corners.size()].in_mm();
-    twice_mm2 += a.x() * b.y() - a.y() * b.x();
+    twice_mm2 += internal::cross(a, b);
   }
   return twice_mm2 / 2;
 }

@@ -6,7 +6,6 @@
 #include "machine/config/sections/sections.h"
 #include "machine/config/toml/tool_row.h"
 #include "program/geometry/dot_font.h"
-#include "program/sieb_meyer/text/plain_text.h"
 #include "program/walk/control_settings.h"
 #include "surface/control/memory.h"
 

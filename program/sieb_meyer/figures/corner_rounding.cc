@@ -6,7 +6,7 @@
 #include <numbers>
 #include <utility>
 
-#include "program/geometry/plane_vectors.h"
+#include "calib/base/plane_vectors.h"
 #include "program/sieb_meyer/figures/refusal.h"
 #include <fmt/format.h>
 

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <utility>
 
-#include "program/geometry/plane_vectors.h"
+#include "calib/base/plane_vectors.h"
 #include "program/sieb_meyer/interpreter/parts.h"
 #include <fmt/format.h>
 
@@ -201,7 +201,7 @@ std::vector<double> cuts_of(Walk& walk, const PendingPiece& pending) {
     const Eigen::Vector2d center_mm = nominal(*piece.center_mm);
     const Eigen::Vector2d from_mm = nominal(piece.start_mm) - center_mm;
     const Eigen::Matrix2d& linear = walk.place.placement.linear();
-    const double sense = linear(0, 0) * linear(1, 1) - linear(0, 1) * linear(1, 0) < 0 ? -1 : 1;
+    const double sense = internal::is_mirror(linear) ? -1 : 1;
     const double sweep = (piece.clockwise ? -1 : 1) * sense * sweep_rad(piece);
     const double start_rad = std::atan2(from_mm.y(), from_mm.x());
     // Between its ends, which are asked for anyway, an arc reaches farthest along an axis.

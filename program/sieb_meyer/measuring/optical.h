@@ -42,7 +42,6 @@ class OpticalSession {
  public:
   OpticalSession(Measuring& measuring, const WalkOptions& options, const Reporter& reporter);
 
-  void set_mode(int mode) { mode_ = mode; }
   void set_pattern_mode(bool is_on) { pattern_mode_ = is_on; }
   bool is_pattern_mode() const { return pattern_mode_; }
   void select_tool(int number) { tool_ = number; }

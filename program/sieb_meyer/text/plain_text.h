@@ -32,9 +32,6 @@ struct TextFault {
   std::string expected;
 };
 
-/// The most holes that &P drills; more is taken for a slip.
-inline constexpr int kMaxSpindle = 64;
-
 /// A text as it is to be drilled: its variables replaced by their values, all else literally.
 ///
 /// A value is literal too: it may say '*' and '&', which 5x7 has. '*' without a value is nothing.

@@ -3,9 +3,9 @@
 #include <limits>
 #include <vector>
 
+#include "calib/base/plane_vectors.h"
 #include "program/geometry/arc_path.h"
 #include "program/geometry/bent_path.h"
-#include "program/geometry/plane_vectors.h"
 #include "program/walk/execution/emitter.h"
 #include <fmt/format.h>
 

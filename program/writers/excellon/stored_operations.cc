@@ -3,7 +3,7 @@
 
 #include <variant>
 
-#include "program/geometry/plane_vectors.h"
+#include "calib/base/plane_vectors.h"
 
 namespace panelcal {
 namespace {

@@ -8,12 +8,15 @@
 #include <tuple>
 #include <utility>
 
+#include "calib/base/plane_vectors.h"
 #include <fmt/format.h>
 
 namespace panelcal::surface {
 namespace {
 
 using Eigen::Vector2d;
+using internal::cross;
+using internal::left_of;
 
 /// Coordinates of maps are in steps of this: half the bytes of a file, and less than any machine
 /// knows of its place.
@@ -28,10 +31,6 @@ Position<frame::Nominal> rounded_place(const Vector2d& p_mm) {
                                      std::round(p_mm.y() * kStepsPerMm) / kStepsPerMm);
 }
 
-Vector2d left_of(const Vector2d& heading) {
-  return {-heading.y(), heading.x()};
-}
-
 /// Ends of chords of a move, the first and the last included.
 std::vector<Vector2d> contour_of(const Vector2d& from_mm, const Rout& rout) {
   const Vector2d& to_mm = rout.nominal.in_mm();
@@ -40,8 +39,7 @@ std::vector<Vector2d> contour_of(const Vector2d& from_mm, const Rout& rout) {
   const Vector2d center_mm = to_mm + (rout.corrected_center.in_mm() - rout.corrected.in_mm());
   const Vector2d begin_mm = from_mm - center_mm, end_mm = to_mm - center_mm;
   const double radius_mm = begin_mm.norm();
-  double sweep_rad =
-      std::atan2(begin_mm.x() * end_mm.y() - begin_mm.y() * end_mm.x(), begin_mm.dot(end_mm));
+  double sweep_rad = std::atan2(cross(begin_mm, end_mm), begin_mm.dot(end_mm));
   // At most half a circle, whose sense rounding does not tell.
   const bool is_clockwise = rout.kind == RoutKind::Clockwise;
   sweep_rad = is_clockwise ? -std::abs(sweep_rad) : std::abs(sweep_rad);
@@ -135,8 +133,7 @@ std::vector<Vector2d> VoidSink::tool_way_mm(const std::vector<Vector2d>& contour
     if (!(chord_mm.norm() > 0)) continue;
     const Vector2d heading = chord_mm.normalized();
     const Vector2d last = heading_.value_or(heading);
-    const double turn_rad =
-        std::atan2(last.x() * heading.y() - last.y() * heading.x(), last.dot(heading));
+    const double turn_rad = std::atan2(cross(last, heading), last.dot(heading));
     const int n = static_cast<int>(std::ceil(std::abs(turn_rad) / kCornerStep_rad));
     for (int k = 0; k < n; ++k) {
       const double c = std::cos(turn_rad * k / n), s = std::sin(turn_rad * k / n);
