@@ -121,7 +121,7 @@ class Station:
                     self.answer(404, {"error": {"what": "no such thing"}})
 
             def stream(self):
-                name = parse_qs(urlparse(self.path).query).get("stream", [""])[0]
+                stream = parse_qs(urlparse(self.path).query).get("stream", [""])[0]
                 self.send_response(200)
                 self.send_header("Content-Type", "text/event-stream")
                 self.send_header("Connection", "close")
@@ -134,7 +134,7 @@ class Station:
                         if station.is_cut_off:
                             return
                         said = station.n_said
-                        controls = {"held_by": station.held_by, "mine": bool(name) and station.key.endswith("." + name)}
+                        controls = {"held_by": station.held_by, "mine": bool(stream) and station.key.endswith("." + stream)}
                         events = [("state", station.state), ("controls", {"controls": controls}), ("frame", {"number": station.frame})]
                     try:
                         for name, data in events:
