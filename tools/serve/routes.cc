@@ -207,7 +207,8 @@ Response Service::log_in(const Request& request, const Target& /*target*/) {
 }
 
 Response Service::change_controls(const Request& request, const Target& /*target*/) {
-  constexpr std::size_t kMaxName = 60;  // characters
+  constexpr std::size_t kMaxName = 60;         // characters
+  constexpr std::size_t kMaxName_bytes = 100;  // as journals of jobs take them
   const Expected<json> body = parse_object(request);
   if (!body) return error_reply(body.error());
   const std::string key(request.header("x-panelcal-controls"));
@@ -223,7 +224,7 @@ Response Service::change_controls(const Request& request, const Target& /*target
     return reply(200, kJsonType, "{}\n");
   }
   const std::string name = text_of(*body, "name");
-  if (!is_name(name, kMaxName)) {
+  if (!is_name(name, kMaxName) || name.size() > kMaxName_bytes) {
     return error_reply(400,
                        fmt::format("\"name\" not usable: {}", quoted(name)),
                        "the name of a person, at most 60 characters");

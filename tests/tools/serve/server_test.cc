@@ -125,6 +125,7 @@ TEST_F(ServeSocket, AnswersSeveralRequestsOfOneConnection) {
     const std::string answer = client.read_until("\"version\":1}", milliseconds(5000));
     ASSERT_THAT(answer, StartsWith("HTTP/1.1 200 ")) << i;
     EXPECT_THAT(answer, HasSubstr("X-Content-Type-Options: nosniff\r\n"));
+    EXPECT_THAT(answer, HasSubstr("Keep-Alive: timeout=2,"));
   }
 }
 

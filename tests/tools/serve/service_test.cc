@@ -304,6 +304,16 @@ TEST_F(ServeControls, AskForTheNameOfAPerson) {
   EXPECT_EQ(controls.holder(), "");
 }
 
+TEST_F(ServeControls, TakeNamesInAnyLanguage) {
+  // 60 characters are too many bytes only where each of them has two or more.
+  take_controls("Zo\xc3\xab \xe5\xb1\xb1\xe7\x94\xb0");
+  EXPECT_EQ(controls.holder(), "Zo\xc3\xab \xe5\xb1\xb1\xe7\x94\xb0");
+  std::string long_name;
+  for (int i = 0; i < 51; ++i) long_name += "\xc3\xab";
+  const auto body = nlohmann::json{{"name", long_name}, {"take", true}}.dump();
+  EXPECT_EQ(service->handle(post("/api/controls", body)).status, 400);
+}
+
 TEST_F(ServeControls, KeepNamesAsText) {
   take_controls("<script>alert(1)</script>");
   key.clear();

@@ -4,6 +4,7 @@
 #include "tools/serve/protocol/protocol.h"
 
 #include <charconv>
+#include <chrono>
 #include <optional>
 #include <string>
 #include <utility>
@@ -19,8 +20,15 @@ namespace {
 /// One connection's requests, one after the other.
 class Exchange final : private httplib::Server {
  public:
-  Exchange(BoundedStream& stream, HttpService& service, ConnectionNote& note, bool is_encrypted)
+  Exchange(BoundedStream& stream,
+           HttpService& service,
+           ConnectionNote& note,
+           bool is_encrypted,
+           std::chrono::milliseconds idle_time)
       : stream_(stream), service_(service), note_(note), is_encrypted_(is_encrypted) {
+    // For the header Keep-Alive alone: how long and how often a connection is used.
+    set_keep_alive_timeout(std::chrono::floor<std::chrono::seconds>(idle_time).count());
+    set_keep_alive_max_count(100'000);
     // The library takes a server without a socket for one that ends, and would end all streams.
     svr_sock_ = stream.socket();
     set_pre_routing_handler([this](const httplib::Request& /*head*/, httplib::Response& out) {
@@ -138,7 +146,7 @@ void serve_connection(int socket,
   const std::unique_ptr<Channel> channel = open_channel(socket, identity, deadline);
   if (channel == nullptr) return;
   BoundedStream stream(socket, *channel, limits);
-  Exchange exchange(stream, service, note, identity != nullptr);
+  Exchange exchange(stream, service, note, identity != nullptr, limits.idle_time);
   while (exchange.serve_one()) {
   }
 }
