@@ -11,7 +11,7 @@ namespace panelcal::internal {
 /// Fits a camera, of whichever form and loss, to observations.
 using CameraFitter = std::function<Expected<CameraFit>(const CameraData&)>;
 
-/// What observations scatter beyond their stated covariances.
+/// The scatter of observations beyond their stated covariances.
 struct ScatteredFit {
   double variance_px2 = 0;  ///< of each coordinate, beyond what is stated
   CameraData data;          ///< with covariances that have it
