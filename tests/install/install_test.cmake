@@ -14,7 +14,7 @@ run(${CMAKE_COMMAND} --install "${BUILD}" --prefix "${WORK}/prefix" --strip)
 # What a release takes on a disk, MB.
 set(max_program 20)
 # With headers and static libraries, of which a package of the program has neither.
-set(max_tree 41)
+set(max_tree 42)
 if(HAS_LIMITS)
   file(SIZE "${WORK}/prefix/bin/panelcal" program)
   set(tree 0)
