@@ -88,6 +88,7 @@ Json question_json(const ScreenQuestion& question) {
   out["choices"] = question.choices;
   Json& why_not = out["why_not"] = Json::object();
   for (const auto& [choice, why] : question.why_not) why_not[choice] = why;
+  if (!question.why_no_jog.empty()) why_not["jog"] = question.why_no_jog;
   return out;
 }
 

@@ -221,9 +221,9 @@ class Screen(unittest.TestCase):
             self.until("document.getElementById('question').hidden")
 
     def test_only_the_choices_that_are_offered_have_a_button_and_the_others_say_why(self):
-        self.open(asking(choices=["again", "stop"], why_not={"skip": "a fit needs 3 targets"}))
+        self.open(asking(choices=["again", "stop"], why_not={"skip": "a fit needs 3 targets", "jog": "pictures do not move"}))
         self.until("document.getElementById('do-again')")
-        self.assertEqual(self.page.count("#aim-search, #aim-hand, #do-skip, #do-leave_board_out, #do-candidate-0"), 0)
+        self.assertEqual(self.page.count("#aim-search, #aim-hand, #do-skip, #do-leave_board_out, #do-candidate-0, .jog"), 0)
         self.assertIn("a fit needs 3 targets", self.text("#question"))
 
     def test_lamp_and_exposure_go_with_looking_again(self):

@@ -853,6 +853,7 @@ const words = {
   serve_choice_hand: ["Place by hand", "Von Hand setzen"],
   serve_choice_skip: ["Skip this target", "Diese Marke auslassen"],
   serve_choice_leave_board_out: ["Leave the board out", "Leiterplatte auslassen"],
+  serve_choice_jog: ["Move the camera", "Kamera bewegen"],
   serve_choice_stop: ["Stop the job", "Auftrag abbrechen"],
   serve_light_lamp: ["Lamp", "Licht"],
   serve_light_exposure: ["Exposure, µs", "Belichtung, µs"],

@@ -88,7 +88,7 @@ function targetRow(target) {
   return element("li", { class: status, "aria-current": status === "looking" ? "step" : null },
     element("b", {}, `#${seq}`), " ", chip(targetChips[/** @type {keyof typeof targetChips} */ (status)] ?? "refused", wordOf("status", status)),
     element("span", { class: "quiet" }, `${target.command}, ${word("line")} ${target.line}${path}`),
-    residual && element("span", {}, `${word("residual")} ${micrometres(Math.hypot(...residual), 1)}`),
+    residual && element("span", {}, `${word("residual")} ${micrometres(Math.hypot(...residual), 2)}`),
     sigma && element("span", { class: "quiet" }, `${word("sigma")} ${micrometres(Math.max(...sigma), 2)}`),
     by && by !== "camera" && element("span", {}, word("serve_by", { how: wordOf("serve_by", by), who: who ?? "",
       when: when ? timeText(secondsOf(when)).slice(11) : "" })),

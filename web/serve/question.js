@@ -76,7 +76,7 @@ function jogPad(picture) {
 
 /** @param {LivePicture} picture */
 function choices(picture) {
-  const { choices: offered, candidates = [] } = question(), cross = picture.cross_px;
+  const { choices: offered, candidates = [], why_not: whyNot = {} } = question(), cross = picture.cross_px;
   const has = (/** @type {string} */ choice) => offered.includes(choice);
   const aim = (/** @type {"search" | "hand"} */ mode, /** @type {import("../base/words.js").WordKey} */ text) => has(mode) &&
     element("button", { type: "button", id: `aim-${mode}`, "aria-pressed": String(picture.mode === mode), onclick: () => picture.choose(mode) }, word(text));
@@ -90,7 +90,7 @@ function choices(picture) {
     picture.mode && element("p", {}, word(picture.mode === "search" ? "serve_click_search" : "serve_click_hand")),
     cross && element("div", { class: "controls" }, actionButton("place", word("serve_place_here", { x: fixed(cross[0], 2),
       y: fixed(cross[1], 2) }), () => answerAt(picture, "hand", cross))),
-    jogPad(picture),
+    !whyNot.jog && jogPad(picture),
     element("div", { class: "controls" }, plain("skip"), plain("leave_board_out"), plain("stop")),
   ];
 }

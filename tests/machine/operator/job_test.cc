@@ -169,6 +169,7 @@ TEST_F(StationJob, AsksAboutATargetThatIsMissing) {
   // Two targets of a board: the rigid model follows one of them wherever it is.
   EXPECT_TRUE(job["question"]["why_not"].contains("skip"));
   EXPECT_TRUE(job["question"]["why_not"].contains("candidate"));
+  EXPECT_EQ(job["question"]["why_not"]["jog"], "recorded pictures do not move");
   expect_refused(R"({"do":"answer","question":1,"choice":"skip"})");
   expect_refused(R"({"do":"answer","question":1,"choice":"candidate","index":0})");
   expect_refused(R"({"do":"answer","question":2,"choice":"again"})");
