@@ -134,6 +134,9 @@ class Measuring {
   void examine(std::vector<FitPoint> points, SeriesResult& series);
   void report_fault(const SeriesResult& series, std::span<const FitPoint> points);
   void report_dropped(const SeriesResult& series, std::span<const std::string> reasons);
+  void report_dropped(const MeasurementRequest& request,
+                      const SeriesResult& series,
+                      const std::string& reason);
   void report_gates(const SeriesResult& series, std::span<const FitPoint> points);
 
   const WalkOptions& options_;

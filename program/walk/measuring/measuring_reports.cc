@@ -65,7 +65,18 @@ void Measuring::report_lost(const Measurement& measurement) {
 
 void Measuring::report_skipped(const Measurement& measurement, const SeriesResult& series) {
   if (!series.is_fitted()) return report_lost(measurement);
-  const MeasurementRequest& request = measurement.request;
+  report_dropped(measurement.request, series, measurement.reason);
+}
+
+void Measuring::report_dropped(const SeriesResult& series, std::span<const std::string> reasons) {
+  for (std::size_t i = 0; i < series.dropped.size(); ++i) {
+    report_dropped(measurement(series.dropped[i]).request, series, reasons[i]);
+  }
+}
+
+void Measuring::report_dropped(const MeasurementRequest& request,
+                               const SeriesResult& series,
+                               const std::string& reason) {
   reporter_.report(Code::TargetDropped,
                    request.line,
                    fmt::format("{} target at nominal ({:.4f}, {:.4f}) mm, {} others make "
@@ -74,22 +85,7 @@ void Measuring::report_skipped(const Measurement& measurement, const SeriesResul
                                request.nominal.in_mm().x(),
                                request.nominal.in_mm().y(),
                                series.points.size(),
-                               measurement.reason));
-}
-
-void Measuring::report_dropped(const SeriesResult& series, std::span<const std::string> reasons) {
-  for (std::size_t i = 0; i < series.dropped.size(); ++i) {
-    const MeasurementRequest& request = measurement(series.dropped[i]).request;
-    reporter_.report(Code::TargetDropped,
-                     request.line,
-                     fmt::format("{} target at nominal ({:.4f}, {:.4f}) mm, {} others make "
-                                 "the fit: {}",
-                                 request.command,
-                                 request.nominal.in_mm().x(),
-                                 request.nominal.in_mm().y(),
-                                 series.points.size(),
-                                 reasons[i]));
-  }
+                               reason));
 }
 
 void Measuring::report_fault(const SeriesResult& series, std::span<const FitPoint> points) {
