@@ -64,10 +64,6 @@ long_with_sanitizers+='|^machine\.(TableRun\.(TheDraft|ALittleMore|AWildLook)|Pl
 long_with_sanitizers+='|^surface\.ProbePlan\.(NeedsMore|FindsUnsure|SaysWhatCannot)'
 long_with_sanitizers+='|^calib\.TableSelfCalibration\.StopsBeside|^program\.CarryArc\.(Strong|TheTrueImage)'
 
-# The leak checker guesses where memory of modules' threads begins, and may guess wrong (clang 16 with
-# glibc 2.36: "DTLS ... at 0x3a9e"); without these guesses it checks the rest.
-export ASAN_OPTIONS=intercept_tls_get_addr=0
-
 test_sanitized() {
   step "configure with sanitizers" cmake -S "$root" --preset asan
   step "build with sanitizers" cmake --build "$root/build/asan"
