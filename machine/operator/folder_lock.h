@@ -2,8 +2,10 @@
 #pragma once
 
 #include <filesystem>
+#include <utility>
 
 #include "calib/base/expected.h"
+#include "calib/base/files/file_descriptor.h"
 
 namespace panelcal::internal {
 
@@ -13,14 +15,11 @@ class FolderLock {
  public:
   /// Fails  usage (another station has the folder); device-write
   static Expected<FolderLock> take(const std::filesystem::path& folder);
-  FolderLock(FolderLock&& other) noexcept;
-  FolderLock& operator=(FolderLock&&) = delete;
-  ~FolderLock();
 
  private:
-  explicit FolderLock(int fd) : fd_(fd) {}
+  explicit FolderLock(FileDescriptor file) : file_(std::move(file)) {}
 
-  int fd_;
+  FileDescriptor file_;
 };
 
 }  // namespace panelcal::internal
