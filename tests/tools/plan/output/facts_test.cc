@@ -390,7 +390,8 @@ TEST(PlanDocument, LivesWithoutTargetsAndWithoutHoles) {
   EXPECT_FALSE(plan_text(without_targets.plan, without_targets.survey).empty());
   // Nothing is certain to 0.00 where there is nothing.
   EXPECT_THAT(plan_text(without_holes.plan, without_holes.survey), Not(HasSubstr("0.00 ")));
-  for (const facts::Json& model : document_of(without_holes)["series"][0]["models"]) {
+  const facts::Json document = document_of(without_holes);
+  for (const facts::Json& model : document["series"][0]["models"]) {
     EXPECT_TRUE(model["determined"]);
     EXPECT_FALSE(model.contains("worst_leverage")) << model;
     EXPECT_FALSE(model.contains("worst_at")) << model;
