@@ -48,10 +48,6 @@ struct Piece {
   Vector2d center_mm = Vector2d::Zero();  ///< of an arc
 };
 
-bool is_cut(const Motion& motion) {
-  return motion.kind != MotionKind::Rapid;
-}
-
 /// Precondition: an arc.
 bool is_full_circle(const Motion& motion) {
   return motion.is_arc() && motion.from.xy_mm() == motion.to.xy_mm();
@@ -78,6 +74,7 @@ class Mover {
       if (!next) break;
       PANELCAL_CHECK(put(*next));
       note_lines(next->line.number);
+      tell_progress(next->line);
     }
     return MovedGcode{lines_.take(), std::move(source_lines_), figures_};
   }
@@ -133,7 +130,7 @@ class Mover {
     } else {
       ++figures_.n_moves;
       PANELCAL_CHECK(put_motion(block, *motion));
-      note_places(block, *motion);
+      PANELCAL_CHECK(note_places(block, *motion));
     }
     // Behind a change of tool or a way home.
     if (!reader_.standing().has_xy()) lines_.stand_at({{}, {}, lines_.standing().z_mm});
@@ -414,26 +411,40 @@ class Mover {
 
   // --- figures ---------------------------------------------------------------------------------
 
-  void note_places(const GcodeBlock& block, const Motion& motion) {
-    if (!is_cut(motion) || !motion.to.has_xy()) return;
-    if (motion.from.has_xy() && motion.kind != MotionKind::Cycle) note(block, motion.from.xy_mm());
+  Expected<void> note_places(const GcodeBlock& block, const Motion& motion) {
+    if (motion.kind == MotionKind::Rapid || !motion.to.has_xy()) return {};
+    if (motion.from.has_xy() && motion.kind != MotionKind::Cycle) {
+      PANELCAL_CHECK(note(block, motion.from.xy_mm()));
+    }
     constexpr int kOnArc = 8;
     for (int i = 1; motion.is_arc() && i < kOnArc; ++i) {
-      note(block, gcode::place_mm(motion, static_cast<double>(i) / kOnArc));
+      PANELCAL_CHECK(note(block, gcode::place_mm(motion, static_cast<double>(i) / kOnArc)));
     }
-    note(block, motion.to.xy_mm());
+    return note(block, motion.to.xy_mm());
   }
 
-  void note(const GcodeBlock& block, const Vector2d& program_mm) {
+  Expected<void> note(const GcodeBlock& block, const Vector2d& program_mm) {
     const Vector2d nominal_mm = on_board(program_mm);
     const Vector2d actual_mm = places_.actual_mm(nominal_mm);
     figures_.nominal.add(position_mm<frame::Nominal>(nominal_mm));
     figures_.actual.add(position_mm<frame::Actual>(actual_mm));
     figures_.largest_shift = std::max(figures_.largest_shift, mm((actual_mm - nominal_mm).norm()));
-    const Length sigma = places_.sigma(nominal_mm);
-    if (!(sigma > figures_.largest_sigma)) return;
-    figures_.largest_sigma = sigma;
+    const Expected<Length> sigma = places_.sigma(nominal_mm);
+    if (!sigma) {
+      Diagnostic diagnostic = sigma.error();
+      diagnostic.place = {program_.file, block.line, 1};
+      return failure(std::move(diagnostic));
+    }
+    if (!(*sigma > figures_.largest_sigma)) return {};
+    figures_.largest_sigma = *sigma;
     figures_.line_of_largest_sigma = block.line;
+    return {};
+  }
+
+  void tell_progress(const SourceLine& line) {
+    if (!options_.progress || ++n_lines_ % 1024 != 0) return;
+    const auto at = line.text.data() - program_.bytes.data();
+    options_.progress(static_cast<double>(at) / static_cast<double>(program_.bytes.size()));
   }
 
   const SourceText& program_;
@@ -446,7 +457,8 @@ class Mover {
   std::optional<MotionKind> in_force_;  ///< of written arcs; empty: as the program has it
   std::string remark_;
   std::vector<int> source_lines_;
-  std::size_t n_noted_ = 0;
+  std::size_t n_noted_ = 0;  ///< characters of the text whose lines are in source_lines_
+  std::int64_t n_lines_ = 0;
   MoveFigures figures_;
 };
 

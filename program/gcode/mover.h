@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,8 +23,10 @@ class BoardPlaces {
 
   /// Smooth at the scale of 2 mm, and defined all over the plane.
   virtual Eigen::Vector2d actual_mm(const Eigen::Vector2d& nominal_mm) const = 0;
-  /// Standard deviation of that place in its worst direction.
-  virtual Length sigma(const Eigen::Vector2d& nominal_mm) const = 0;
+  /// Standard deviation of that place in its worst direction. Asked where the tool works.
+  ///
+  /// Fails  with what keeps the machine from working there
+  virtual Expected<Length> sigma(const Eigen::Vector2d& nominal_mm) const = 0;
 };
 
 struct MoveOptions {
@@ -32,6 +35,8 @@ struct MoveOptions {
   Length tolerance = um(2);
   /// The unit of coordinates before G20 and G21, mm; empty: such a program is refused.
   std::optional<double> unit_mm;
+  /// Told the share of the program's bytes that is done, 0 to 1, now and then. May be empty.
+  std::function<void(double)> progress;
 };
 
 struct MoveFigures {
@@ -64,7 +69,8 @@ struct MovedGcode {
 ///
 /// Fails  as read_gcode_block(), ExecutedLines and MotionReader; coordinate-missing: X or Y of a
 ///        move is unknown, or Z of one that is cut; not-supported: variables in a subprogram, G92
-///        or G52 beside other words; argument-invalid: a tolerance of 0 or less
+///        or G52 beside other words; argument-invalid: a tolerance of 0 or less; what keeps the
+///        machine from a place
 /// See    tests/program/gcode/mover_test.cc
 Expected<MovedGcode> move_gcode(const SourceText& program,
                                 const BoardPlaces& places,

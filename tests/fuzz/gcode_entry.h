@@ -63,7 +63,7 @@ class CrookedPlaces final : public BoardPlaces {
     const double bend_mm = 0.05 * std::sin(p_mm.x() / 40);
     return {50 + 0.8 * x_mm - 0.6 * p_mm.y(), 0.6 * x_mm + 0.8 * p_mm.y() + bend_mm};
   }
-  Length sigma(const Eigen::Vector2d&) const override { return um(3); }
+  Expected<Length> sigma(const Eigen::Vector2d&) const override { return um(3); }
 };
 
 /// Moves any bytes as a G-code program, in X and Y.

@@ -28,7 +28,7 @@ class FormulaPlaces final : public BoardPlaces {
     const double y = p_mm.y() + n_[6] * x * x;
     return {n_[0] * x + n_[1] * y + n_[4], n_[2] * x + n_[3] * y + n_[5]};
   }
-  Length sigma(const Eigen::Vector2d&) const override { return um(1); }
+  Expected<Length> sigma(const Eigen::Vector2d&) const override { return um(1); }
 
  private:
   std::array<double, 7> n_;

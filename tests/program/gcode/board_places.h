@@ -18,7 +18,7 @@ class AffinePlaces final : public BoardPlaces {
   Eigen::Vector2d actual_mm(const Eigen::Vector2d& nominal_mm) const override {
     return linear_ * nominal_mm + shift_mm_;
   }
-  Length sigma(const Eigen::Vector2d& nominal_mm) const override {
+  Expected<Length> sigma(const Eigen::Vector2d& nominal_mm) const override {
     return um(1 + nominal_mm.norm() / 10);
   }
 
@@ -43,7 +43,7 @@ class BentPlaces final : public BoardPlaces {
   Eigen::Vector2d actual_mm(const Eigen::Vector2d& p_mm) const override {
     return {p_mm.x(), p_mm.y() + 1e-4 * p_mm.x() * p_mm.x()};
   }
-  Length sigma(const Eigen::Vector2d&) const override { return um(2); }
+  Expected<Length> sigma(const Eigen::Vector2d&) const override { return um(2); }
 };
 
 }  // namespace panelcal::test

@@ -211,6 +211,23 @@ TEST(GcodeMover, TellsWhereItWorksAndHowSureThatIs) {
   EXPECT_NEAR(figures.largest_shift.in_mm(), std::hypot(60.0, 40.0), 1e-9);
 }
 
+/// Beyond x = 50 mm the table ends.
+class SmallTable final : public BoardPlaces {
+ public:
+  Eigen::Vector2d actual_mm(const Eigen::Vector2d& p_mm) const override { return p_mm; }
+  Expected<Length> sigma(const Eigen::Vector2d& p_mm) const override {
+    if (p_mm.x() > 50) return failure({Code::TravelExceeded, {}, "beyond the table", "a place on it"});
+    return um(2);
+  }
+};
+
+TEST(GcodeMover, RefusesWorkWhereTheMachineCannotGo) {
+  const std::string text = "G21 G90 G94\nG0 X60 Y0\nG0 X40\n";
+  EXPECT_EQ(moved(text, SmallTable()), "G21 G90 G94\nG0 X60 Y0\nG0 X40 Y0\n");
+  EXPECT_EQ(moved(text + "G1 X60\n", SmallTable()), "p.ngc:4:1: error[travel-exceeded]");
+  EXPECT_EQ(moved(text + "G2 X40 I8\n", SmallTable()), "p.ngc:4:1: error[travel-exceeded]");
+}
+
 TEST(GcodeMover, TellsWhichLineEachLineWasMadeOf) {
   const auto done =
       move_gcode({"p.ngc", "G21 G94\no1 sub\nG0 X1 Y1\no1 endsub\no1 call\n"}, turned());
