@@ -4,6 +4,7 @@
 #include <array>
 #include <variant>
 
+#include "tools/cli/help/apply_pages.h"
 #include "tools/cli/help/calibrate_pages.h"
 #include "tools/cli/help/history_pages.h"
 #include "tools/cli/help/job_pages.h"
@@ -41,6 +42,12 @@ constexpr auto kCommands = std::to_array<CommandRow>({
         pages::kPlan),
     row<RunOptions, add_run_options>(
         "run", "Measure, fit, gate, correct and write a program", pages::kRun),
+    row<ApplyOptions, add_align_apply_options, align::apply>(
+        "align apply", "Move a G-code program to where the board lies", pages::kAlignApply),
+    row<ApplyOptions, add_filter_options, align::filter>(
+        "filter",
+        "Write G-code for the aligned board: a filter program of LinuxCNC",
+        pages::kFilter),
     row<TranslateOptions, add_translate_options>(
         "translate", "Write a program in the other language, patterns and all", pages::kTranslate),
     row<LocateCommandOptions, add_locate_options>(

@@ -38,6 +38,11 @@ Expected<Answer> run_command(const SynthOptions& options, CommandContext& contex
 Expected<Answer> run_command(const NightlyOptions& options, CommandContext& context);
 Expected<Answer> run_command(const ServeOptions& options, CommandContext& context);
 
+namespace align {
+Expected<Answer> apply(const ApplyOptions& options, CommandContext& context);
+Expected<Answer> filter(const ApplyOptions& options, CommandContext& context);
+}  // namespace align
+
 namespace calibrate {
 Expected<Answer> spindle_camera(const CalibrateOptions& options, CommandContext& context);
 Expected<Answer> camera(const CalibrateOptions& options, CommandContext& context);

@@ -10,6 +10,7 @@
 
 #include "calib/base/expected.h"
 #include "program/walk/reading_terms.h"
+#include "tools/cli/options/apply_options.h"
 #include "tools/cli/options/calibrate_options.h"
 #include "tools/cli/options/file_options.h"
 #include "tools/cli/options/history_options.h"
@@ -147,6 +148,7 @@ using CommandOptions = std::variant<CheckOptions,
                                     NightlyOptions,
                                     ServeOptions,
                                     HistoryOptions,
+                                    ApplyOptions,
                                     SurfaceOptions>;
 
 struct Answer;
