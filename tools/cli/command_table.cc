@@ -4,6 +4,7 @@
 #include <array>
 #include <variant>
 
+#include "tools/cli/help/align_pages.h"
 #include "tools/cli/help/apply_pages.h"
 #include "tools/cli/help/calibrate_pages.h"
 #include "tools/cli/help/history_pages.h"
@@ -42,6 +43,12 @@ constexpr auto kCommands = std::to_array<CommandRow>({
         pages::kPlan),
     row<RunOptions, add_run_options>(
         "run", "Measure, fit, gate, correct and write a program", pages::kRun),
+    row<AlignOptions, add_align_options, align::measure>(
+        "align", "Measure a panel once, for all of its programs", pages::kAlign),
+    row<AlignOptions, add_align_verify_options, align::verify>(
+        "align verify", "Look at two pads again: has the panel moved since?", pages::kAlignVerify),
+    row<AlignOptions, add_align_show_options, align::show>(
+        "align show", "Say what an alignment knows, and whether it is in force", pages::kAlignShow),
     row<ApplyOptions, add_align_apply_options, align::apply>(
         "align apply", "Move a G-code program to where the board lies", pages::kAlignApply),
     row<ApplyOptions, add_filter_options, align::filter>(

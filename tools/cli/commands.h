@@ -39,6 +39,9 @@ Expected<Answer> run_command(const NightlyOptions& options, CommandContext& cont
 Expected<Answer> run_command(const ServeOptions& options, CommandContext& context);
 
 namespace align {
+Expected<Answer> measure(const AlignOptions& options, CommandContext& context);
+Expected<Answer> verify(const AlignOptions& options, CommandContext& context);
+Expected<Answer> show(const AlignOptions& options, CommandContext& context);
 Expected<Answer> apply(const ApplyOptions& options, CommandContext& context);
 Expected<Answer> filter(const ApplyOptions& options, CommandContext& context);
 }  // namespace align
