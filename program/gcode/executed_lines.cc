@@ -30,7 +30,7 @@ std::string squeezed(std::string_view text) {
   return out;
 }
 
-bool is_digit(char c) {
+bool is_name_digit(char c) {
   return c >= '0' && c <= '9';
 }
 
@@ -52,14 +52,14 @@ std::optional<ExecutedLines::Order> ExecutedLines::read_order(std::string_view t
   if (rest.starts_with('/')) rest.remove_prefix(1);
   if (rest.starts_with('n')) {
     rest.remove_prefix(1);
-    while (!rest.empty() && is_digit(rest.front())) rest.remove_prefix(1);
+    while (!rest.empty() && is_name_digit(rest.front())) rest.remove_prefix(1);
   }
   if (!rest.starts_with('o')) return std::nullopt;
   rest.remove_prefix(1);
   const std::size_t n_name =
       rest.starts_with('<')
           ? std::min(rest.find('>'), rest.size() - 1) + 1
-          : static_cast<std::size_t>(std::ranges::find_if_not(rest, is_digit) - rest.begin());
+          : static_cast<std::size_t>(std::ranges::find_if_not(rest, is_name_digit) - rest.begin());
   Order order;
   order.name = rest.substr(0, n_name);
   rest.remove_prefix(n_name);

@@ -35,9 +35,9 @@ using gcode::Standing;
 constexpr int kDecimals = 5;
 /// Rounded ends of a shorter arc may be one place, which is a full circle to the control.
 constexpr double kLeastChord_mm = 1e-4;
-constexpr double kSampled_mm = 2;
-constexpr int kLeastSamples = 24;
-constexpr int kMostSamples = 8192;
+constexpr double kArcStep_mm = 2;
+constexpr int kLeastArcSamples = 24;
+constexpr int kMostArcSamples = 8192;
 constexpr std::array kShifts = {52.0, 92.0, 92.1, 92.2};
 
 /// A line or an arc of the written program.
@@ -277,8 +277,9 @@ class Mover {
   /// The image of an arc as one arc, if it is within the tolerance.
   std::optional<Piece> whole_arc(const Motion& motion) const {
     const double length_mm = gcode::length_mm(motion);
-    const int n = std::max(kLeastSamples,
-                           static_cast<int>(std::min(1.0 * kMostSamples, length_mm / kSampled_mm)));
+    const int n =
+        std::max(kLeastArcSamples,
+                 static_cast<int>(std::min(1.0 * kMostArcSamples, length_mm / kArcStep_mm)));
     const Vector2d from_mm = image_of(motion.from.xy_mm()), to_mm = image_of(motion.to.xy_mm());
     if (!is_full_circle(motion) && !((to_mm - from_mm).norm() > kLeastChord_mm))
       return std::nullopt;
