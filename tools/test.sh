@@ -60,9 +60,14 @@ test_release() {
 # They take half of the time with sanitizers. .ci/run leaves them out, --nightly does not: statistics
 # of whole nights and plans, whose parts have shorter tests, and what does no more than call programs.
 long_with_sanitizers='^(machine\.(TableNights|TrialNights|SurfaceNights)\.|install\.|demo\.survives_kill)'
-long_with_sanitizers+='|^machine\.(TableRun\.(TheDraft|ALittleMore|AWildLook)|PlatePicturesTest\.GivesTheTables)'
-long_with_sanitizers+='|^surface\.ProbePlan\.(NeedsMore|FindsUnsure|SaysWhatCannot)'
-long_with_sanitizers+='|^calib\.TableSelfCalibration\.StopsBeside|^program\.CarryArc\.(Strong|TheTrueImage)'
+long_with_sanitizers+='|^machine\.(SurfaceFigures\.AreThose|PlatePicturesTest\.GivesTheTables)'
+long_with_sanitizers+='|^machine\.TableRun\.(TheDraft|ALittleMore|AWildLook|FindsTheWarp|ADotsOwn|ALookThatDoesNot|ScatterThat)'
+long_with_sanitizers+='|^surface\.ProbePlan\.(NeedsMore|FindsUnsure|SaysWhatCannot|AsksForNothing|KeepsTheTolerance)'
+long_with_sanitizers+='|^surface\.SurfaceChoice\.RefusesWhereEvery'
+long_with_sanitizers+='|^calib\.TableSelfCalibration\.(StopsBeside|AHalfTurn|AQuarterTurn|WithoutATurn)'
+long_with_sanitizers+='|^calib\.(TableSmoother\.AFlatTable|TableFit\.IsSmoother|ChiSquare\.HidesMore|ModelChoice\.FindsTheModel)'
+long_with_sanitizers+='|^calib\.(SmoothPanel\.Criterion|VisitingOrder\.IsNeverLonger|ChosenRange\.HoldsNine)'
+long_with_sanitizers+='|^program\.CarryArc\.(Strong|TheTrueImage)'
 
 test_sanitized() {
   step "configure with sanitizers" cmake -S "$root" --preset asan
