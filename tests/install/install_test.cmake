@@ -48,6 +48,12 @@ if(NOT result EQUAL 0 OR NOT n_holes EQUAL 990)
   message(FATAL_ERROR "the example failed (${result}): ${n_holes} holes")
 endif()
 run("${WORK}/prefix/bin/panelcal" --version)
+foreach(file man/man1/panelcal.1 man/man1/panelcal-surface-fit.1 bash-completion/completions/panelcal
+             fish/vendor_completions.d/panelcal.fish zsh/vendor-completions/_panelcal)
+  if(NOT EXISTS "${WORK}/prefix/share/${file}")
+    message(FATAL_ERROR "the installation lacks share/${file}")
+  endif()
+endforeach()
 # Its modules are found wherever the tree lies.
 set(demo "${CONSUMERS}/../../datasets/demo")
 run("${WORK}/prefix/bin/panelcal" locate "${demo}/images/0000.png" --tool 1 -m
