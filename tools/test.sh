@@ -89,6 +89,13 @@ test_sources() {
   step "every source by itself" cmake --build "$root/build/debug" --target panelcal
 }
 
+# As root: a minimal Debian is made in a folder.
+test_packages() {
+  "$root/tools/package.sh"
+  step "packages in a minimal Debian" "$root/tests/package/minimal_tree_test.sh" \
+    "$build_dir/packages" "$root" "$root/out/package"
+}
+
 summary=()
 n_failed=0
 
@@ -116,6 +123,7 @@ test_all() {
   stage "sources" test_sources
   stage "tests with sanitizers" test_sanitized "$@"
   stage "threads" test_threads
+  stage "Debian packages" test_packages
   stage "fuzzing" step "fuzz each reader for ten minutes" "$root/tools/fuzz.sh" 600
   printf '\nsummary\n'
   printf '%s\n' "${summary[@]}"

@@ -32,8 +32,8 @@ OptionHelp words_of(const CLI::Option& option) {
     words.value = option.get_name(true);
   } else if (option.get_items_expected_max() > 0) {
     // "UINT in [0 - 256]" of "UINT:UINT in [0 - 256]"
-    words.value = words.choices.empty() ? type.substr(type.rfind(':') + 1)
-                                        : type.substr(0, type.find(':'));
+    words.value =
+        words.choices.empty() ? type.substr(type.rfind(':') + 1) : type.substr(0, type.find(':'));
   }
   words.help = option.get_description();
   words.is_required = option.get_required();
