@@ -89,10 +89,14 @@ package(serve panelcal-serve "screen at the machine for panelcal"
   DESCRIPTION
   "The module by which \"panelcal serve\" shows a drilling machine in a"
   "browser and lets one person operate it, and its systemd unit.")
+# As panelcalConfig.cmake finds them.
+if(Aravis_FOUND)
+  set(cameras_of_library ", libaravis-dev, libusb-1.0-0-dev, pkg-config")
+endif()
 package(development libpanelcal-dev "panelcal as a C++ library"
   SECTION libdevel
   DEPENDS
-  "libapriltag-dev, libceres-dev, libdeflate-dev, libeigen3-dev, libexpected-dev, libfmt-dev, libjpeg-dev, libmd-dev, libopencv-core-dev, libopencv-imgproc-dev, libopencv-videoio-dev, libpng-dev, libsqlite3-dev, libtiff-dev, libtomlplusplus-dev, nlohmann-json3-dev, zlib1g-dev"
+  "libapriltag-dev, libceres-dev, libdeflate-dev, libeigen3-dev, libexpected-dev, libfmt-dev, libjpeg-dev, libmd-dev, libopencv-core-dev, libopencv-imgproc-dev, libopencv-videoio-dev, libpng-dev, libsqlite3-dev, libtiff-dev, libtomlplusplus-dev, nlohmann-json3-dev, zlib1g-dev${cameras_of_library}"
   DESCRIPTION
   "Headers, static libraries and find_package(panelcal) of the libraries that"
   "panelcal is made of: part programs, fits with covariance, fiducials,"

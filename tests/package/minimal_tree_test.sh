@@ -20,6 +20,7 @@ install_packages() { inside sh -c "apt-get install -y --no-install-recommends $*
 say() { printf '%4d s  %s\n' $SECONDS "$*"; }
 
 mmdebstrap --variant=minbase bookworm "$tree" >"$work/mmdebstrap.log" 2>&1
+rm -rf "$tree"/etc/apt/sources.list*
 cp -r /etc/apt/apt.conf.d /etc/apt/sources.list* "$tree/etc/apt/"
 mount -t proc proc "$tree/proc"
 cp /etc/resolv.conf "$tree/etc/resolv.conf"
@@ -32,7 +33,7 @@ install_packages ./packages/panelcal_*.deb
 say "panelcal installed"
 cp -r "$source/datasets/demo" "$tree/tmp/demo"
 start=$(date +%s)
-inside sh -c 'cd /tmp/demo && panelcal run panel.exc -m machine.toml --images images -o /tmp/corrected.drl --truth images/truth.json --report /tmp/report.html' >"$work/job.txt"
+inside sh -c 'cd /tmp/demo && panelcal run panel.exc -m machine.toml --images images -o /tmp/corrected.drl --truth images/truth.json --report /tmp/report.html' >"$work/job.txt" 2>&1
 taken=$(($(date +%s) - start))
 grep -q '990 holes written' "$work/job.txt"
 say "the demo's job, in $taken s"
