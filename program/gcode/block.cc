@@ -71,31 +71,118 @@ class BlockReader {
     return {};
   }
 
+  char here() const { return at_ < text().size() ? text()[at_] : '\0'; }
+
   Expected<void> read_word() {
     const std::size_t begin = at_;
     const auto letter = static_cast<char>(std::toupper(static_cast<unsigned char>(text()[at_])));
-    if (letter == 'O' || letter == '#' || letter == '[') {
-      return problem(
-          Code::NotSupported,
-          begin,
-          quoted(text().substr(begin)),
-          "numbers as they are: variables, expressions and subprograms are not executed");
+    if (letter == '#') return read_assignment();
+    if (letter == 'O' || letter == '[') {
+      return problem(Code::NotSupported,
+                     begin,
+                     quoted(text().substr(begin)),
+                     "a letter and a number: expressions and subprograms are not executed");
     }
     if (kLetters.find(letter) == std::string_view::npos) {
       return problem(
           Code::CommandUnknown, begin, quoted(text().substr(begin, 1)), "a letter and a number");
     }
     ++at_;
-    skip_blanks();
-    PANELCAL_TRY(const double value, read_number(begin));
+    GcodeWord word{.letter = letter, .begin = begin};
+    PANELCAL_CHECK(read_value(word));
     if (letter != 'G' && letter != 'M' && block_.has(letter)) {
       return problem(Code::ArgumentInvalid,
                      begin,
                      quoted(text().substr(begin, at_ - begin)) + " beside another " + letter,
                      "each letter but G and M once in a line");
     }
-    block_.words.push_back({letter, value, begin, at_});
+    block_.words.push_back(word);
     return {};
+  }
+
+  /// `#5=` or `#<name>=`, and a value.
+  ///
+  /// Source LinuxCNC G-code overview, Parameters: 31 to 5000 are the program's
+  Expected<void> read_assignment() {
+    constexpr int kLastOfProgram = 5000;
+    GcodeWord word{.letter = '#', .begin = at_, .is_computed = true};
+    ++at_;
+    skip_blanks();
+    const std::size_t name = at_;
+    int number = 0;
+    const auto [rest, error] =
+        std::from_chars(text().data() + at_, text().data() + text().size(), number);
+    const bool is_number = error == std::errc() && number >= 0;
+    bool is_own = is_number && number <= kLastOfProgram;
+    if (is_number) {
+      at_ = static_cast<std::size_t>(rest - text().data());
+    } else if (here() == '<') {
+      is_own = pass_variable();
+    }
+    skip_blanks();
+    if (!is_own || at_ == name || here() != '=') {
+      return problem(Code::NotSupported,
+                     word.begin,
+                     quoted(text().substr(word.begin)),
+                     "an assignment to a variable of the program: #1 to #5000, or #<name>");
+    }
+    ++at_;
+    PANELCAL_CHECK(read_value(word));
+    word.is_computed = true;
+    block_.words.push_back(word);
+    return {};
+  }
+
+  /// Moves behind the number, the variable or the expression of a word.
+  Expected<void> read_value(GcodeWord& word) {
+    skip_blanks();
+    const std::size_t begin = at_;
+    if (here() == '-' || here() == '+') ++at_;
+    skip_blanks();
+    if (here() == '#' || here() == '[') {
+      word.is_computed = true;
+      if (here() == '#' ? !pass_variable() : !pass_brackets()) {
+        return problem(Code::NumberMalformed,
+                       word.begin,
+                       quoted(text().substr(word.begin)),
+                       "a variable or an expression in brackets");
+      }
+    } else {
+      at_ = begin;
+      PANELCAL_TRY(word.value, read_number(word.begin));
+    }
+    word.end = at_;
+    return {};
+  }
+
+  /// From # behind a variable: `#5`, `#<name>`, `##5`, `#[...]`. From < behind a name.
+  bool pass_variable() {
+    while (here() == '#') {
+      ++at_;
+      skip_blanks();
+    }
+    if (here() == '[') return pass_brackets();
+    if (here() == '<') {
+      const std::size_t end = text().find('>', at_);
+      if (end == std::string_view::npos || end == at_ + 1) return false;
+      at_ = end + 1;
+      return true;
+    }
+    const std::size_t begin = at_;
+    while (std::isdigit(static_cast<unsigned char>(here()))) ++at_;
+    return at_ > begin;
+  }
+
+  /// From [ behind the ] that belongs to it.
+  bool pass_brackets() {
+    int depth = 0;
+    do {
+      const char c = here();
+      if (c == '\0' || c == '(' || c == ';') return false;
+      depth += c == '[' ? 1 : c == ']' ? -1 : 0;
+      ++at_;
+    } while (depth > 0);
+    return true;
   }
 
   /// Blanks may stand between its digits.
@@ -111,12 +198,6 @@ class BlockReader {
       ++at_;
     }
     while (at_ > word && is_gap(text()[at_ - 1])) --at_;
-    if (at_ < text().size() && (text()[at_] == '#' || text()[at_] == '[')) {
-      return problem(Code::NotSupported,
-                     word,
-                     quoted(text().substr(word)),
-                     "numbers as they are: variables and expressions are not executed");
-    }
     const std::size_t from = !digits.empty() && digits.front() == '+' ? 1 : 0;
     double value = 0;
     const char* const end = digits.data() + digits.size();

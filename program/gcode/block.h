@@ -13,12 +13,16 @@ namespace panelcal::gcode {
 
 /// A letter and its number: `X-12.5`.
 struct GcodeWord {
-  char letter = 'G';  ///< upper case
+  char letter = 'G';  ///< upper case; # of an assignment: `#1=5`
   double value = 0;
   std::size_t begin = 0;  ///< of its text in the line
   std::size_t end = 0;
+  /// A variable or an expression has the value, which is unknown before the program is executed.
+  bool is_computed = false;
 
-  bool is(char a_letter, double a_value) const { return letter == a_letter && value == a_value; }
+  bool is(char a_letter, double a_value) const {
+    return !is_computed && letter == a_letter && value == a_value;
+  }
 };
 
 /// A line of G-code.
@@ -36,10 +40,11 @@ struct GcodeBlock {
 };
 
 /// Reads one line: words in any order, blanks anywhere, comments in brackets or behind a semicolon.
+/// Variables and expressions are not evaluated: a word of one is computed.
 ///
-/// Fails  not-supported: variables, expressions and words of O, whose numbers are unknown before
-///        they are executed; number-malformed; command-unknown: a character that begins nothing;
-///        argument-invalid: a letter but G and M twice in a line
+/// Fails  not-supported: words of O, and assignments to the control's own variables (above 5000)
+///        or to one whose number is computed; number-malformed; command-unknown: a character that
+///        begins nothing; argument-invalid: a letter but G and M twice in a line
 /// Source NIST RS274NGC version 3 (2000), 3.3
 /// See    tests/program/gcode/block_test.cc
 Expected<GcodeBlock> read_gcode_block(const SourceLine& line, const std::string& file);

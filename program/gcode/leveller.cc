@@ -187,6 +187,9 @@ class Leveller {
     }
     ++figures_.n_moves;
     const bool is_cycle = motion->kind == MotionKind::Cycle;
+    if (is_cycle && reader_.counting().is_incremental) {
+      return failure(problem(block, Code::NotSupported, "a cycle in G91", "G90 before it"));
+    }
     const Standing end = {motion->to.x_mm,
                           motion->to.y_mm,
                           is_cycle ? std::optional(motion->travel_mm) : motion->to.z_mm};

@@ -14,8 +14,7 @@ namespace {
 constexpr std::string_view kCoordinates = "XYZIJR";
 constexpr std::array kAfterMove = {0.0, 1.0, 2.0, 30.0, 60.0};
 
-/// A ten-thousandth of a micrometre: more than any program has.
-constexpr int kPlaceDecimals = 7;
+constexpr int kMostDecimals = 7;
 /// A tenth of a micrometre; in inches a fortieth.
 constexpr int kHeightDecimals_mm = 4;
 constexpr int kHeightDecimals_inch = 6;
@@ -26,6 +25,8 @@ constexpr std::size_t kMaxLine = 252;
 
 /// Begins what is left of a comment: there the control looks for orders to itself (MSG, LOG).
 constexpr std::string_view kGoesOn = "... ";
+
+constexpr std::array kMotionWords = {"G0", "G1", "G2", "G3"};
 
 /// Number of bytes of a text to write, without a part of a UTF-8 character.
 std::size_t fitting(std::string_view text, std::size_t n_most) {
@@ -108,10 +109,7 @@ void GcodeLines::put_rise(double z_mm, const Counting& counting) {
 }
 
 void GcodeLines::begin_move(MotionKind kind) {
-  line_ = kind == MotionKind::Rapid       ? "G0"
-          : kind == MotionKind::Line      ? "G1"
-          : kind == MotionKind::Clockwise ? "G2"
-                                          : "G3";
+  line_ = kMotionWords[static_cast<std::size_t>(kind)];
 }
 
 void GcodeLines::step(const Motion& motion) {
@@ -126,7 +124,12 @@ void GcodeLines::step(const Motion& motion) {
 }
 
 void GcodeLines::put_place(char letter, double value_mm, const Counting& counting) {
-  put_coordinate(letter, value_mm, counting, kPlaceDecimals);
+  put_coordinate(letter, value_mm, counting, decimals(counting));
+}
+
+void GcodeLines::put_standing(const Counting& counting) {
+  put_coordinate('X', told_.x_mm.value_or(0), counting, kMostDecimals);
+  put_coordinate('Y', told_.y_mm.value_or(0), counting, kMostDecimals);
 }
 
 void GcodeLines::put_height(char letter, double value_mm, const Counting& counting) {
@@ -137,7 +140,21 @@ void GcodeLines::put_height(char letter, double value_mm, const Counting& counti
 }
 
 void GcodeLines::put_offset(char letter, double value_mm, const Counting& counting) {
-  put_number(letter, value_mm / counting.unit_mm, kPlaceDecimals);
+  put_number(letter, value_mm / counting.unit_mm, decimals(counting));
+}
+
+void GcodeLines::put_word(const GcodeBlock& block, char letter) {
+  const GcodeWord* const word = block.find(letter);
+  if (word != nullptr) put_text(block.text.substr(word->begin, word->end - word->begin));
+}
+
+void GcodeLines::put_text(std::string_view word) {
+  if (!line_.empty()) line_ += ' ';
+  line_ += word;
+}
+
+int GcodeLines::decimals(const Counting& counting) const {
+  return counting.unit_mm == 1 ? n_decimals_ : std::min(kMostDecimals, n_decimals_ + 1);
 }
 
 void GcodeLines::put_coordinate(char letter,
@@ -159,8 +176,7 @@ double GcodeLines::put_number(char letter, double value, int n_decimals) {
   std::string text = fmt::format("{:.{}f}", value, n_decimals);
   while (text.back() == '0') text.pop_back();
   if (text.back() == '.') text.pop_back();
-  if (!line_.empty()) line_ += ' ';
-  line_ += letter;
+  put_text({&letter, 1});
   line_ += text == "-0" ? "0" : text;
   double written = 0;
   std::from_chars(text.data(), text.data() + text.size(), written);
@@ -173,8 +189,12 @@ void GcodeLines::end_line() {
   line_.clear();
 }
 
+void GcodeLines::begin_block(const GcodeBlock& block, std::optional<MotionKind> kind) {
+  put_others(block, false, kind);
+}
+
 void GcodeLines::end_block(const GcodeBlock& block) {
-  put_others(block, true);
+  put_others(block, true, std::nullopt);
   if (block.rest.empty()) return end_line();
   // New coordinates may have more digits.
   if (line_.size() + 1 + block.rest.size() > kMaxLine) {
@@ -185,15 +205,20 @@ void GcodeLines::end_block(const GcodeBlock& block) {
   end_line();
 }
 
-void GcodeLines::put_others(const GcodeBlock& block, bool after) {
+void GcodeLines::put_others(const GcodeBlock& block, bool after, std::optional<MotionKind> kind) {
   for (const GcodeWord& word : block.words) {
     const bool is_after =
         word.letter == 'M' && std::ranges::find(kAfterMove, word.value) != kAfterMove.end();
     const bool is_coordinate = kCoordinates.find(word.letter) != std::string_view::npos;
     if (is_coordinate || is_after != after) continue;
-    if (!line_.empty()) line_ += ' ';
-    line_ += block.text.substr(word.begin, word.end - word.begin);
+    const bool is_motion = word.letter == 'G' && (word.value == 0 || word.value == 1 ||
+                                                  word.value == 2 || word.value == 3);
+    const bool is_other = kind && is_motion && word.value != static_cast<double>(*kind);
+    put_text(is_other ? kMotionWords[static_cast<std::size_t>(*kind)]
+                      : block.text.substr(word.begin, word.end - word.begin));
+    if (is_motion) kind.reset();
   }
+  if (kind) put_text(kMotionWords[static_cast<std::size_t>(*kind)]);
 }
 
 }  // namespace panelcal::gcode

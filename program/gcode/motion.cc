@@ -24,6 +24,8 @@ constexpr std::array kMotions = {
     MotionKind::Rapid, MotionKind::Line, MotionKind::Clockwise, MotionKind::Counterclockwise};
 /// Beside a known move these turn or shift coordinates that have no map.
 constexpr std::string_view kOtherAxes = "ABCUVW";
+/// Their numbers may be computed: none says where the tool goes.
+constexpr std::string_view kFreeLetters = "#DFHPQST";
 
 bool is_one_of(std::span<const double> codes, double code) {
   return std::ranges::find(codes, code) != codes.end();
@@ -194,6 +196,13 @@ Expected<void> MotionReader::read_modes(const GcodeBlock& block) {
     if (kOtherAxes.find(word.letter) != std::string_view::npos) {
       return problem(block, Code::NotSupported, &word, text_of(block, word), "moves of X, Y and Z");
     }
+    if (word.is_computed && kFreeLetters.find(word.letter) == std::string_view::npos) {
+      return problem(block,
+                     Code::NotSupported,
+                     &word,
+                     text_of(block, word),
+                     "a number as it is: variables and expressions are not evaluated");
+    }
     if (word.letter == 'G') PANELCAL_CHECK(read_code(block, word));
     if (word.letter == 'M') PANELCAL_CHECK(read_function(block, word));
   }
@@ -212,7 +221,7 @@ Expected<std::optional<Motion>> MotionReader::read(const GcodeBlock& block) {
   }
   PANELCAL_CHECK(read_modes(block));
   if (leaves_) {
-    at_ = {};
+    forget(block);
     return std::nullopt;
   }
   const bool is_arc = motion_ == MotionKind::Clockwise || motion_ == MotionKind::Counterclockwise;
@@ -220,6 +229,15 @@ Expected<std::optional<Motion>> MotionReader::read(const GcodeBlock& block) {
   if (!has_axis(block) && !is_full_circle) return std::nullopt;
   PANELCAL_TRY(Motion motion, read_motion(block));
   return motion;
+}
+
+/// In the machine's coordinates move the axes that the block names; home go all.
+void MotionReader::forget(const GcodeBlock& block) {
+  const bool is_partial =
+      std::ranges::any_of(block.words, [](const GcodeWord& word) { return word.is('G', 53); });
+  if (!is_partial || block.has('X')) at_.x_mm.reset();
+  if (!is_partial || block.has('Y')) at_.y_mm.reset();
+  if (!is_partial || block.has('Z')) at_.z_mm.reset();
 }
 
 /// A step from an unknown place leads to an unknown place.
@@ -254,9 +272,6 @@ Expected<Motion> MotionReader::read_motion(const GcodeBlock& block) {
                    "a move before its unit is known",
                    "G20 (inches) or G21 (millimetres) before it");
   }
-  if (is_incremental_ && motion_ == MotionKind::Cycle) {
-    return problem(block, Code::NotSupported, nullptr, "a cycle in G91", "G90 before it");
-  }
   Motion motion;
   motion.kind = *motion_;
   motion.from = motion.to = at_;
@@ -280,7 +295,7 @@ Expected<void> MotionReader::read_arc(const GcodeBlock& block, Motion& motion) c
         block, Code::CoordinateMissing, nullptr, "arc from an unknown place", "X and Y before it");
   }
   const GcodeWord* const turns = block.find('P');
-  if ((turns != nullptr && turns->value != 1) || block.has('K')) {
+  if ((turns != nullptr && !turns->is('P', 1)) || block.has('K')) {
     return problem(
         block, Code::NotSupported, turns, "an arc of several turns, or with K", "I and J");
   }
@@ -350,8 +365,12 @@ Expected<void> MotionReader::read_cycle(const GcodeBlock& block, Motion& motion)
   if (times != nullptr && times->value != 1) {
     return problem(block, Code::NotSupported, times, "a cycle that is repeated", "one hole a line");
   }
-  if (const auto z_mm = number_mm(block, 'Z')) cycle_z_mm_ = z_mm;
-  if (const auto r_mm = number_mm(block, 'R')) cycle_r_mm_ = r_mm;
+  const auto above = [&](const std::optional<double>& base_mm, double step_mm) {
+    if (!is_incremental_) return std::optional(step_mm);
+    return base_mm ? std::optional(*base_mm + step_mm) : std::nullopt;
+  };
+  if (const auto r_mm = number_mm(block, 'R')) cycle_r_mm_ = above(motion.from.z_mm, *r_mm);
+  if (const auto z_mm = number_mm(block, 'Z')) cycle_z_mm_ = above(cycle_r_mm_, *z_mm);
   if (!cycle_z_mm_ || !cycle_r_mm_ || !motion.to.has_xy()) {
     return problem(block,
                    Code::CoordinateMissing,

@@ -54,11 +54,13 @@ double length_mm(const Motion& motion);  ///< in X and Y
 
 /// Follows the modal state of a program of LinuxCNC's kind (RS274NGC), as far as moves need it.
 ///
-/// Understood: G0 to G3 in the XY plane, G73, G81 to G83, G85, G86 and G89, G20, G21, G90, G91 (but
-/// in cycles), G98, G99, arcs by I, J or R. Whatever makes coordinates mean something else in the
-/// middle of a program is refused: a move counts for the board only if it is known where it goes.
-/// Behind a change of tool and a way home (M6, G28, G30, G53) the place of the tool is unknown,
-/// nor behind a step from there.
+/// Understood: G0 to G3 in the XY plane, G73, G81 to G83, G85, G86 and G89, G20, G21, G90, G91,
+/// G98, G99, arcs by I, J or R. Whatever makes coordinates mean something else in the middle of a
+/// program is refused: a move counts for the board only if it is known where it goes. Behind a
+/// change of tool and a way home (M6, G28, G30) the place of the tool is unknown, behind a move in
+/// the machine's coordinates (G53) that of the axes that moved, and also behind a step from there.
+/// In G91 R of a cycle is a step from where the tool is, and Z one from R; the next holes keep both
+/// heights.
 ///
 /// Source NIST RS274NGC version 3 (2000), 3.5; LinuxCNC G-code reference
 /// See    tests/program/gcode/motion_test.cc
@@ -87,6 +89,13 @@ class MotionReader {
   /// The unit of coordinates now.
   Counting counting() const { return {unit_mm(), is_incremental_}; }
   bool arcs_are_absolute() const { return arcs_are_absolute_; }
+  bool has_unit() const { return unit_mm_.has_value(); }
+  /// Where the tool is now.
+  const Standing& standing() const { return at_; }
+  /// Counts that place anew: the zero was shifted.
+  void stand_at(const Standing& at) { at_ = at; }
+  /// The last block went to a place that the program does not state (G28, G30, G53).
+  bool has_left() const { return leaves_; }
 
  private:
   /// Modes that the program has set.
@@ -101,6 +110,7 @@ class MotionReader {
   Expected<void> leave(const GcodeBlock& block, const GcodeWord& word);
   Expected<Motion> read_motion(const GcodeBlock& block);
   double unit_mm() const { return unit_mm_.value_or(1); }
+  void forget(const GcodeBlock& block);
   void read_axis(const GcodeBlock& block, char letter, std::optional<double>& at_mm) const;
   Expected<void> read_arc(const GcodeBlock& block, Motion& motion) const;
   Expected<Eigen::Vector2d> center_mm(const GcodeBlock& block, const Motion& motion) const;
@@ -125,8 +135,8 @@ class MotionReader {
   bool has_ended_ = false;
   bool leaves_ = false;  ///< this block goes to an unknown place
   Standing at_;
-  std::optional<double> cycle_z_mm_, cycle_r_mm_;
-  std::optional<double> cycle_began_mm_;  ///< Z before the first of a series of cycles
+  std::optional<double> cycle_z_mm_, cycle_r_mm_;  ///< absolute
+  std::optional<double> cycle_began_mm_;           ///< Z before the first of a series of cycles
 };
 
 }  // namespace panelcal::gcode

@@ -89,10 +89,15 @@ class Move:
         return min(1, max(0, part))
 
 
+def shifted(place, by):
+    return tuple(a + b for a, b in zip(place, by))
+
+
 def moves(commands):
-    """The moves among canonical commands, in order."""
+    """The moves among canonical commands, in order, in the coordinates of G54 to G59."""
     found, unit, feed, block = [], 1, 0, 0
     at, last_unit = (0.0, 0.0, 0.0), 1
+    zero = (0.0, 0.0, 0.0)  # of G92 and G52; what is printed counts from there
     for line in commands.splitlines():
         match = COMMAND.match(line)
         if not match:
@@ -103,12 +108,15 @@ def moves(commands):
             unit = INCH_MM if "INCHES" in text else 1
         elif name == "SET_FEED_RATE":
             feed = float(text) * unit
+        elif name == "SET_G92_OFFSET":
+            zero = tuple(float(number) * unit for number in text.split(",")[:3])
         elif name in ("STRAIGHT_TRAVERSE", "STRAIGHT_FEED", "ARC_FEED"):
             numbers = [float(number) for number in text.split(",")]
             lengths = [number * unit for number in numbers]
             is_arc = name == "ARC_FEED"
-            end = (*lengths[:2], lengths[5 if is_arc else 2])
-            arc = {"center": tuple(lengths[2:4]), "is_clockwise": numbers[4] < 0} if is_arc else {}
+            end = shifted((*lengths[:2], lengths[5 if is_arc else 2]), zero)
+            arc = ({"center": shifted(lengths[2:4], zero), "is_clockwise": numbers[4] < 0}
+                   if is_arc else {})
             found.append(Move(block, name == "STRAIGHT_TRAVERSE", at, end, feed,
                               PRINTED * max(unit, last_unit), **arc))
             at, last_unit = end, unit

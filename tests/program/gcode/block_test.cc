@@ -50,11 +50,31 @@ TEST(GcodeBlock, ReadsLinesWithoutWords) {
   EXPECT_TRUE(read("/G1 X1")->is_deleted);
 }
 
+TEST(GcodeBlock, KnowsWhichNumbersAreComputed) {
+  const auto block = read("#<a b>=[1+[2*3]] G1 X-#5 Y[#1-2]Z##2 F#<_f>#7=-3 S1");
+  ASSERT_TRUE(block) << block.error().text();
+  std::string words;
+  for (const GcodeWord& word : block->words) {
+    words += block->text.substr(word.begin, word.end - word.begin);
+    words += word.is_computed ? "! " : " ";
+  }
+  EXPECT_EQ(words, "#<a b>=[1+[2*3]]! G1 X-#5! Y[#1-2]! Z##2! F#<_f>! #7=-3! S1 ");
+  EXPECT_FALSE(block->find('X')->is('X', 0));
+}
+
+TEST(GcodeBlock, RefusesAssignmentsToTheControlsVariables) {
+  EXPECT_EQ(refusal("#5000=1"), "accepted");
+  for (const std::string_view text : {"#5221=0", "##1=5", "#[1]=5", "#1", "#<a>", "#=1", "#-1=5"}) {
+    EXPECT_EQ(refusal(text), "p.ngc:7:1: error[not-supported]") << text;
+  }
+}
+
 TEST(GcodeBlock, RefusesWhatIsNotKnownBeforeItRuns) {
-  EXPECT_EQ(refusal("G1 X#5"), "p.ngc:7:4: error[not-supported]");
-  EXPECT_THAT(refusal("G1 X[1+2]"), ::testing::HasSubstr("p.ngc:7:4: error[not-supported]"));
-  EXPECT_THAT(refusal("#1=5"), ::testing::HasSubstr("p.ngc:7:1: error[not-supported]"));
-  EXPECT_THAT(refusal("O100 sub"), ::testing::HasSubstr("p.ngc:7:1: error[not-supported]"));
+  EXPECT_EQ(refusal("G1 [1]"), "p.ngc:7:4: error[not-supported]");
+  EXPECT_EQ(refusal("O100 sub"), "p.ngc:7:1: error[not-supported]");
+  for (const std::string_view text : {"X[1", "X#", "X#<a", "X#<>", "X[1(2)]", "#1=", "Xsin[1]"}) {
+    EXPECT_THAT(refusal(text), ::testing::HasSubstr("error[number-malformed]")) << text;
+  }
 }
 
 TEST(GcodeBlock, RefusesWhatIsNoWord) {

@@ -69,6 +69,14 @@ TEST(GcodeLeveller, GivesEveryHoleOfACycleItsOwnDepth) {
   EXPECT_EQ(after_start("G99 G81 X20 Y20 Z-1 R0.5\n", low), "G99 G81 X20 Y20 Z-0.98 R0.5\n");
 }
 
+TEST(GcodeLeveller, RefusesCyclesInSteps) {
+  EXPECT_THAT(after_start("G91 G81 X20 Z-1 R-1\n"), HasSubstr("p.ngc:4:1: error[not-supported]"));
+}
+
+TEST(GcodeLeveller, KeepsVariablesThatLeadNowhere) {
+  EXPECT_EQ(after_start("#1=100\nG1 Z-0.1 F#1\n"), "#1=100\nG1 F#1 Z-0.09\n");
+}
+
 TEST(GcodeLeveller, ACycleReturnsToWhereTheProgramHasIt) {
   // R is lifted by the board, but not above where the tool travels: it would stay there.
   EXPECT_EQ(after_start("G81 X20 Y20 Z-1 R1.99 F50\n"), "G81 F50 X20 Y20 Z-0.98 R2\n");

@@ -123,6 +123,27 @@ TEST(GcodeMotion, GoesBackToWhereASeriesOfCyclesBegan) {
   EXPECT_THAT(refusal({lines[0], lines[1], "G82 X2"}), HasSubstr("error[coordinate-missing]"));
 }
 
+// Printed by rs274: with Z-2 R-4 from Z5 holes are drilled from 1 to -1, with G99 the next ones
+// too.
+TEST(GcodeMotion, CyclesInStepsKeepTheirHeights) {
+  for (const std::string mode : {"G98", "G99"}) {
+    const std::vector<std::string> lines = {
+        "G21 G0 X0 Y0 Z5", "G91 G81 X1 Y1 Z-2 R-4 " + mode, "X1"};
+    EXPECT_EQ(last(lines).to.xy_mm(), Eigen::Vector2d(2, 1));
+    EXPECT_EQ(last(lines).to.z_mm, -1);
+    EXPECT_EQ(last(lines).retract_mm, 1);
+    EXPECT_EQ(last(lines).travel_mm, mode == "G98" ? 5 : 1);
+  }
+  EXPECT_THAT(refusal({"G21 G0 X0 Y0", "G91 G81 X1 Y1 Z-2 R-4"}),
+              HasSubstr("p.ngc:2:1: error[coordinate-missing]"));
+}
+
+TEST(GcodeMotion, KnowsTheAxesThatAMoveOfTheMachineLeaves) {
+  const Motion move = last({"G21 G0 X1 Y2 Z3", "G53 G0 Z0", "G0 X5"});
+  EXPECT_EQ(move.from.xy_mm(), Eigen::Vector2d(1, 2));
+  EXPECT_FALSE(last({"G21 G0 X1 Y2 Z3", "G53 G0 Y0", "G0 X5"}).to.y_mm);
+}
+
 TEST(GcodeMotion, ForgetsWhereItIsBehindAChangeOfTool) {
   EXPECT_FALSE(last({"G21 G0 X1 Y2 Z3", "T2 M6", "G0 Z5"}).to.has_xy());
   EXPECT_FALSE(last({"G21 G0 X1 Y2 Z3", "G43 H1", "G0 X5"}).to.z_mm);
@@ -147,8 +168,11 @@ TEST(GcodeMotion, RefusesWhatItCannotFollow) {
   const auto after_start = [](const std::string& line) {
     return refusal({"G21 G0 X10 Y0 Z0", line});
   };
-  for (const std::string line : {"G91 G81 X1 Z-1 R1",
-                                 "G18",
+  for (const std::string line : {"G18",
+                                 "X#1",
+                                 "G1 Z[1+2]",
+                                 "M[3]",
+                                 "G2 X0 Y10 I-10 P#1",
                                  "G41 D1",
                                  "G92 X0",
                                  "G10 L2 P1 X0",

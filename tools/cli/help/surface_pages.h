@@ -142,9 +142,9 @@ than a twentieth of --height-tolerance-um.
 
 Understood are programs of LinuxCNC, GRBL and their kind: G0 to G3 in the XY plane, G73, G81 to G83,
 G85, G86, G89, G20, G21, G90, G91. Commands that leave the place of the tool unknown are refused,
-with line and column: cycles in G91, subprograms, variables, lines behind a slash or behind M2,
-offsets that change on the way, moves from an unknown place (behind M6, G28), a safe height that the
-board reaches, and places that the map does not.
+with line and column: cycles in G91, subprograms, variables that X, Y, Z, I, J or R depend on, lines
+behind a slash or behind M2, offsets that change on the way, moves from an unknown place (behind M6,
+G28), a safe height that the board reaches, and places that the map does not.
 
 Exit codes
   0 done; 1 the map is less sure than --max-sigma-um, and nothing was written; 2 bad input or usage;
