@@ -4,6 +4,7 @@
 #   panelcal          the program with the modules that every job needs
 #   panelcal-cameras  the modules of GigE Vision cameras and of video (Aravis, FFmpeg by OpenCV)
 #   panelcal-serve    the module of `panelcal serve` (HTTP and TLS), its unit
+#   python3-panelcal  the Python module
 #   libpanelcal-dev   headers, static libraries, find_package(panelcal)
 #   panelcal-doc      docs, examples and the demo's job
 #
@@ -101,6 +102,19 @@ package(development libpanelcal-dev "panelcal as a C++ library"
   "Headers, static libraries and find_package(panelcal) of the libraries that"
   "panelcal is made of: part programs, fits with covariance, fiducials,"
   "surfaces and the machine.")
+if(TARGET panelcal_python)
+  # Where Debian's Python looks for what packages bring, in whatever version.
+  set(PANELCAL_PYTHON_FROM "${PANELCAL_PYTHON_DIR}")
+  configure_file(cmake/debian_python.cmake.in debian_python.cmake @ONLY)
+  set(CPACK_PRE_BUILD_SCRIPTS "${PROJECT_BINARY_DIR}/debian_python.cmake")
+  package(python python3-panelcal "panelcal as a Python module"
+    SECTION python
+    DEPENDS "python3 (>= 3.11), python3 (<< 3.12), python3-numpy"
+    DESCRIPTION
+    "Fiducials located in numpy arrays, part programs read, jobs corrected,"
+    "panels and surfaces fitted, machines calibrated: the code of panelcal's"
+    "command line with the same results, from Python.")
+endif()
 package(documentation panelcal-doc "documentation and examples of panelcal"
   ARCHITECTURE_ALL SECTION doc
   DESCRIPTION

@@ -57,7 +57,15 @@ inside sh -c 'cd /tmp/demo && /tmp/build/consumer panel.exc machine.toml images'
 [ "$(grep -c '^T[0-9]* X' "$work/holes.txt")" -eq 990 ]
 say "the library's example built and run"
 
-inside apt-get purge -y panelcal panelcal-cameras panelcal-serve libpanelcal-dev panelcal-doc >>"$work/apt.log" 2>&1
+inside sh -c 'cd /tmp/demo && python3 -c "
+import panelcal
+machine = panelcal.read_machine(\"machine.toml\")
+job = panelcal.correct(panelcal.read_program(\"panel.exc\", machine), machine, images=\"images\")
+print(len(job.holes.actual_mm))"' >"$work/python.txt"
+[ "$(cat "$work/python.txt")" -eq 990 ]
+say "the Python module run"
+
+inside apt-get purge -y panelcal panelcal-cameras panelcal-serve python3-panelcal libpanelcal-dev panelcal-doc >>"$work/apt.log" 2>&1
 if (cd "$tree" && find . -xdev -path ./packages -prune -o -path ./tmp -prune -o -name '*panelcal*' -print) | grep .; then
   echo "these stay behind"
   exit 1
