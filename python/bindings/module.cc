@@ -3,6 +3,7 @@
 #include <exception>
 
 #include "python/bindings/convert.h"
+#include "tools/cli/process/kept_memory.h"
 #include "tools/cli/process/version.h"
 #include <fmt/format.h>
 
@@ -137,6 +138,7 @@ std::vector<double> values_of(const Doubles& array, std::size_t n, std::string_v
 
 PYBIND11_MODULE(_core, module) {
   using namespace panelcal::python;
+  panelcal::keep_freed_memory();
   module.doc() = "What panelcal does, in C++. Use it by the package panelcal.";
   module.attr("__version__") = panelcal::kVersion;
   py::register_exception_translator([](std::exception_ptr thrown) {
