@@ -5,6 +5,7 @@
 #include <ranges>
 #include <utility>
 
+#include "machine/job/alignment_check.h"
 #include "machine/job/checked_program.h"
 #include "machine/job/execution.h"
 #include "machine/job/walk_terms.h"
@@ -124,7 +125,7 @@ class JobRun {
         open_(open),
         machine_(machine),
         sinks_(sinks),
-        survey_(std::make_shared<Survey>()) {
+        survey_(job.aligned ? std::make_shared<Survey>(*job.aligned) : std::make_shared<Survey>()) {
     result_.log = job.reading;
   }
 
@@ -168,6 +169,7 @@ class JobRun {
   bool prepare() {
     WalkOptions& walk = machine_.walk;
     walk.compares_models = job_.compares_models;
+    walk.aligned = job_.aligned;
     const std::string& file = job_.program.source.file;
     const WalkTerms terms = {.program = file == kStandardInput ? "-" : file,
                              .clock = job_.clock,
@@ -248,12 +250,18 @@ class JobRun {
                                                  : Execution::None;
     ++result_.n_walks;
     checked_ = check(job_.program, execution->walk(), until, sink, result_.log);
-    if (result_.log.has_errors() || !knows_depths()) return false;
+    if (result_.log.has_errors() || !fits_alignment() || !knows_depths()) return false;
     // An output that cannot be written is known before anything is measured.
     if (!executes && sinks_.output != nullptr && !take(sinks_.output->begin())) return false;
     if (executes && checked_.is_executed && !checked_.asks) execution_ = std::move(execution);
     const bool measures = !checked_.survey.measurements.empty();
     return !measures || take(check_spindle_is_calibrated(machine_));
+  }
+
+  bool fits_alignment() {
+    if (!job_.aligned) return true;
+    ++result_.n_walks;
+    return take(check_fits_alignment(job_.program, machine_.walk, checked_.survey));
   }
 
   bool knows_depths() {
@@ -299,8 +307,17 @@ class JobRun {
            });
   }
 
+  /// What the program itself asks for.
+  Survey asked() const {
+    Survey own = checked_.survey;
+    if (!job_.aligned) return own;
+    own.measurements.clear();
+    own.series.clear();
+    return own;
+  }
+
   Expected<void> survey_program(DiagnosticLog& found) {
-    PANELCAL_TRY(const JobSources sources, open_(checked_.survey));
+    PANELCAL_TRY(const JobSources sources, open_(asked()));
     result_.source = sources.words;
     if (checked_.asks) {
       const Progress progress = sinks_.progress ? sinks_.progress : [](std::string_view) {};

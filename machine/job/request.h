@@ -46,6 +46,9 @@ struct Job {
   std::string command = "panelcal";  ///< as diagnostics about Job::explain name who asks
   /// A map of the board's surface that was made before; null: none.
   std::shared_ptr<const ZonedMap> surface;
+  /// The panel was measured before (machine/align/measure.h): the program is corrected by that, and
+  /// may measure no target of its own. Null: it was not.
+  std::shared_ptr<const Survey> aligned;
   std::optional<Truth> truth;  ///< to compare the holes with, where it is known
   /// A job that gates or tolerances refuse is written all the same.
   bool force = false;

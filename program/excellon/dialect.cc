@@ -15,21 +15,37 @@
 #include "program/excellon/text/header.h"
 #include "program/excellon/text/header_reader.h"
 #include "program/excellon/text/spelling.h"
+#include "program/gcode/recognition.h"
 #include "program/text/decimal_points.h"
+#include "program/text/gaps.h"
 
 namespace panelcal::excellon {
 namespace {
 
+/// Why a text is no program of this language, if it is not.
+std::optional<Diagnostic> foreign(const SourceText& source) {
+  if (const auto line = gcode::line_of_gcode(source.bytes)) {
+    return Diagnostic{Code::NotAProgram,
+                      {source.file, line->number, 1},
+                      quoted(trimmed(line->text)) + " is G-code, the language of a machine control",
+                      "the drill or rout file that it was made of; `panelcal surface apply` makes "
+                      "G-code follow a board's heights"};
+  }
+  const ForeignText found = find_foreign(source.bytes);
+  if (found.line == 0) return std::nullopt;
+  return Diagnostic{Code::NotAProgram,
+                    {source.file, found.line, 1},
+                    quoted(found.text) + " begins neither Excellon nor SIEB & MEYER",
+                    "M48, or %%5000"};
+}
+
 bool refuse_foreign(Program& program, DiagnosticLog& log) {
-  const ForeignText foreign = find_foreign(program.source.bytes);
-  if (foreign.line == 0) return false;
+  std::optional<Diagnostic> problem = foreign(program.source);
+  if (!problem) return false;
   const auto header = std::make_shared<Header>();
   header->is_refused = true;
   program.head = header;
-  log.add({Code::NotAProgram,
-           {program.source.file, foreign.line, 1},
-           quoted(foreign.text) + " begins neither Excellon nor SIEB & MEYER",
-           "M48, or %%5000"});
+  log.add(*std::move(problem));
   return true;
 }
 

@@ -78,6 +78,8 @@ enum class Cycles : std::uint8_t {
   Kept,      ///< passed on whole; the control expands it
 };
 
+struct Survey;
+
 /// The settings of the machine and the vision system of how a program is executed.
 struct WalkOptions {
   int series_size = 3;  ///< [vision] rotate: G36 or G46 blocks that form one series
@@ -93,6 +95,10 @@ struct WalkOptions {
   /// Holes and targets of the program, asked for only when a series does not fit. Without it no pad
   /// can be named that was taken for another.
   std::function<const KnownPads*()> known_pads;
+  /// A panel that was measured before: its one base series is in force from the program's first
+  /// block on, and the survey of each walk begins with it. Null: none. No place that the program
+  /// leaves uncorrected is executed then.
+  std::shared_ptr<const Survey> aligned;
   /// Told after each series of the measuring walk; the last one is new. May be empty.
   std::function<void(const Survey&)> fitted;
   /// Work zero without any zero set (the machine's zero correction), and absolute zero.

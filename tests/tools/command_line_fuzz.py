@@ -24,8 +24,8 @@ NEW = ["new.jsonl", "new.svg", "new.html", "new.drl", "new.json", "new", "images
 INPUTS = {"--against", "-m", "--machine", "-l", "--ledger", "--images", "--measurements", "--plate", "--probes",
           "--program", "--surface", "--truth", "--voids-of", "--zones"}
 # Commands that record in the ledger, and what they and calibrations keep.
-KEEPERS = {"nightly", "history rollback", "history fresh-start"}
-KEPT = {"drill1.ledger", "drill1.ledger.lock", "coupon.json", "spindle.cal.json", "camera.cal.json"}
+KEEPERS = {"nightly", "history rollback", "history fresh-start", "align verify"}
+KEPT = {"board.align.json", "drill1.ledger", "drill1.ledger.lock", "coupon.json", "spindle.cal.json", "camera.cal.json"}
 
 
 def value(draw, names):

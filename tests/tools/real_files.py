@@ -89,6 +89,9 @@ COMMANDS = {
     "plan": "job.exc -m machine.toml --measurements measurements.jsonl",
     "run": "job.exc -m machine.toml --images images --probes probes.jsonl --surface map.json "
            "--truth truth.json",
+    "align": "job.exc -m machine.toml --images images",
+    "align verify": "board.align.json -m machine.toml --images images",
+    "align show": "board.align.json -m machine.toml",
     "translate": "job.exc -m machine.toml",
     "locate": "images/0000.png -m machine.toml --tool 2",
     "synth": "job.exc -m machine.toml",
@@ -120,9 +123,9 @@ COMMANDS = {
 }
 # Options with a text that name no output; all others with a text are tried as outputs.
 NO_OUTPUTS = {
-    "--address", "--against", "--area", "--at", "--by", "--camera", "--certificate", "--clock", "--explain", "--form", "--format", "--grid",
+    "--address", "--against", "--align", "--area", "--at", "--by", "--camera", "--certificate", "--clock", "--explain", "--form", "--format", "--grid",
     "--host-name", "--images", "--key", "--kind", "--ledger", "--log-level", "--machine", "--machine-driver",
-    "--measurements", "--model", "--parameter", "--plate", "--probes", "--program", "--program-format", "--range",
+    "--measurements", "--model", "--panel", "--parameter", "--plate", "--probes", "--program", "--program-format", "--range",
     "--reason", "--seed", "--since", "--slots", "--subject", "--surface", "--to", "--truth",
     "--unit", "--voids-of", "--zero", "--zone", "--zones"}
 OUTPUTS = {"--jobs", "--json", "--linuxcnc", "--output", "--overlay", "--report",
@@ -137,13 +140,14 @@ def help_of(panelcal, words):
 
 
 def leaves(panelcal, words=()):
-    """Every command that has no commands of its own, as registered."""
+    """Every command that can be executed, as registered: also those with commands below them."""
     text = help_of(panelcal, words)
     found = re.search(r"^Subcommands:\n((?:  .*\n)+)", text, re.M)
     if not found:
         return [" ".join(words)]
     names = re.findall(r"^  ([a-z][a-z-]*)", found.group(1), re.M)
-    return [leaf for name in names if name != "help" for leaf in leaves(panelcal, (*words, name))]
+    own = [" ".join(words)] if "\nPositionals:" in text and words else []
+    return own + [leaf for name in names if name != "help" for leaf in leaves(panelcal, (*words, name))]
 
 
 def options_of(panelcal, command):
@@ -184,6 +188,7 @@ def make(panelcal, repository, folder):
     panelcal_writes("run", "job.exc", "-m", "machine.toml", "--images", "images", "--clock",
                     "2026-11-22T02:00:00", "--surface", "map.json", "--truth", "truth.json",
                     "-o", "out.jsonl", "--save-measurements", "measurements.jsonl")
+    panelcal_writes("align", "job.exc", "-m", "machine.toml", "--images", "images", "-o", "board.align.json")
     assert OF_MACHINE <= set(os.listdir(folder)), os.listdir(folder)
 
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <variant>
 
+#include "tools/cli/help/align_pages.h"
 #include "tools/cli/help/calibrate_pages.h"
 #include "tools/cli/help/history_pages.h"
 #include "tools/cli/help/job_pages.h"
@@ -41,6 +42,12 @@ constexpr auto kCommands = std::to_array<CommandRow>({
         pages::kPlan),
     row<RunOptions, add_run_options>(
         "run", "Measure, fit, gate, correct and write a program", pages::kRun),
+    row<AlignOptions, add_align_options, align::measure>(
+        "align", "Measure a panel once, for all of its programs", pages::kAlign),
+    row<AlignOptions, add_align_verify_options, align::verify>(
+        "align verify", "Look at two pads again: has the panel moved since?", pages::kAlignVerify),
+    row<AlignOptions, add_align_show_options, align::show>(
+        "align show", "Say what an alignment knows, and whether it is in force", pages::kAlignShow),
     row<TranslateOptions, add_translate_options>(
         "translate", "Write a program in the other language, patterns and all", pages::kTranslate),
     row<LocateCommandOptions, add_locate_options>(

@@ -38,6 +38,12 @@ Expected<Answer> run_command(const SynthOptions& options, CommandContext& contex
 Expected<Answer> run_command(const NightlyOptions& options, CommandContext& context);
 Expected<Answer> run_command(const ServeOptions& options, CommandContext& context);
 
+namespace align {
+Expected<Answer> measure(const AlignOptions& options, CommandContext& context);
+Expected<Answer> verify(const AlignOptions& options, CommandContext& context);
+Expected<Answer> show(const AlignOptions& options, CommandContext& context);
+}  // namespace align
+
 namespace calibrate {
 Expected<Answer> spindle_camera(const CalibrateOptions& options, CommandContext& context);
 Expected<Answer> camera(const CalibrateOptions& options, CommandContext& context);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <cstdint>
 #include <iterator>
 #include <memory>
 #include <optional>
@@ -11,6 +13,7 @@
 #include "calib/base/clock.h"
 #include "calib/base/interruption.h"
 #include "calib/base/thread_pool.h"
+#include "machine/align/measure.h"
 #include "machine/config/machine_config.h"
 #include "machine/job/camera_pose.h"
 #include "machine/job/facts/job_facts.h"
@@ -40,6 +43,11 @@ constexpr const char* kCommand = "panelcal run";
 
 Diagnostic usage(std::string what, std::string expected) {
   return {Code::Usage, {kCommand, 0, 0}, std::move(what), std::move(expected)};
+}
+
+/// To whole seconds.
+std::chrono::seconds hours(double hours) {
+  return std::chrono::seconds(static_cast<std::int64_t>(std::llround(hours * 3600)));
 }
 
 Expected<OutputFormat> output_format(const RunOptions& options) {
@@ -91,7 +99,9 @@ class RunCommand {
       if (!options_.images.empty()) {
         pool_ = make_thread_pool(options_.n_threads, nominal.measurements.size());
       }
-      return open_sources(source_choice(), machine_, nominal);
+      Expected<JobSources> sources = open_sources(source_choice(), machine_, nominal);
+      if (sources && job_.aligned) sources->words = aligned_words_;
+      return sources;
     };
     if (const Expected<JobResult> result = correct(job_, open, machine_, sinks)) {
       is_written_ = result->is_committed;
@@ -133,6 +143,10 @@ class RunCommand {
       surface = std::make_shared<const ZonedMap>(std::move(stored.map));
       surface_axis = stored.z_axis;
     }
+    std::shared_ptr<const Survey> aligned;
+    if (!options_.align.empty()) {
+      PANELCAL_TRY(aligned, read_aligned(now));
+    }
     machine_.reading.take(options_.reading);
     PANELCAL_TRY(job_, read_job(options_.program, machine_, now));
     PANELCAL_CHECK(check_patterns(context_.options, job_.program, context_.files));
@@ -142,6 +156,7 @@ class RunCommand {
     job_.command = kCommand;
     job_.surface = std::move(surface);
     job_.surface_axis = surface_axis;
+    job_.aligned = std::move(aligned);
     job_.truth = std::move(truth);
     if (!options_.slots.empty()) job_.keeps_slots = options_.slots == "keep";
     if (options_.resolution_um) job_.resolution = um(*options_.resolution_um);
@@ -157,6 +172,18 @@ class RunCommand {
     return {};
   }
 
+  Expected<std::shared_ptr<const Survey>> read_aligned(std::chrono::sys_seconds now) {
+    PANELCAL_TRY(const Alignment alignment, read_alignment(options_.align));
+    PANELCAL_CHECK(check_age(alignment, now, hours(options_.valid_hours)));
+    PANELCAL_TRY(const AlignedPanel panel, restore_panel(alignment, machine_, now));
+    aligned_words_ = fmt::format("the alignment {} of {}, seen {}: {}",
+                                 options_.align,
+                                 iso_8601(alignment.time),
+                                 iso_8601(alignment.last_seen()),
+                                 alignment.source);
+    return panel.survey();
+  }
+
   /// The digest of a large program takes as long as reading it, so it is made where it is told.
   void note_provenance(const std::string& time) {
     const bool is_told = options_.facts.any() || (job_.format && has_comments(*job_.format));
@@ -167,6 +194,7 @@ class RunCommand {
                                  machine_.spindle_setting.file.string(),
                                  machine_.table_file.string(),
                                  options_.measurements,
+                                 options_.align,
                                  options_.probes,
                                  options_.surface});
     const bool drifts = machine_.drift_um_per_sqrt_day > 0;
@@ -320,6 +348,7 @@ class RunCommand {
   DiagnosticLog log_;
   MachineConfig machine_;
   Job job_;
+  std::string aligned_words_;  ///< the origin of Job::aligned
   Provenance provenance_;
   SeenPictures pictures_;
   CommonScale scale_;

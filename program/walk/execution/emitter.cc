@@ -204,6 +204,16 @@ Displacement<frame::Machine> Emitter::commanded_on_table(
   return from_zero;
 }
 
+/// The first one alone is reported, as above.
+void Emitter::refuse_uncorrected(int line) {
+  if (options_.aligned == nullptr || std::exchange(has_refused_uncorrected_, true)) return;
+  reporter_.report_working(Code::Usage,
+                           line,
+                           0,
+                           "--align: the program drops the correction before this line",
+                           "a program without G37, G30 and other commands for the camera");
+}
+
 PlacedPoint Emitter::place_of(int line,
                               const Position<frame::Nominal>& nominal,
                               const PositionEstimate<frame::Actual>& corrected) {
@@ -220,6 +230,7 @@ PlacedPoint Emitter::placed(int line, const Eigen::Vector2d& at_mm, Scaling scal
       scaling == Scaling::Applies && place_.is_scaled && options_.scaling.has_value();
   const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
   note_origin(at_mm, is_scaled ? &scaling_ : nullptr);
+  if (!is_correcting()) refuse_uncorrected(line);
   const auto at = is_scaled ? scaling_(nominal) : nominal;
   PlacedPoint point = place_of(line, nominal, corrections_.stack.drilled(at));
   if (tolerance_ && is_correcting()) risks_.judge(at, *tolerance_, point);
@@ -298,6 +309,7 @@ void Emitter::drill_now(int line, const Eigen::Vector2d& at_mm) {
   } else if (is_corrected) {
     correct_hole(corrections_.stack.drilled_from_nominal(), drill.nominal, drill);
   } else {
+    refuse_uncorrected(line);
     drill.corrected = position_mm<frame::Actual>(drill.nominal.in_mm());
     drill.cov_mm2.setZero();
   }

@@ -209,6 +209,7 @@ class Emitter {
     const auto from_zero = displacement_mm<frame::Machine>(place.in_mm());
     return options_.table == nullptr ? from_zero : commanded_on_table(line, from_zero);
   }
+  void refuse_uncorrected(int line);
   Displacement<frame::Machine> commanded_on_table(int line,
                                                   const Displacement<frame::Machine>& from_zero);
   void take_center(const Eigen::Vector2d& commanded_center_mm, Rout& move) const;
@@ -243,6 +244,7 @@ class Emitter {
   CompensationSide side_ = CompensationSide::Off;  ///< as the control was told last
   bool was_switched_off_ = false;                  ///< by the control itself, since then
   bool is_off_table_ = false;                      ///< and that was reported
+  bool has_refused_uncorrected_ = false;
   /// Last place and depth of the tool; on a bent panel the way from there is no line.
   std::optional<Position<frame::Nominal>> stands_at_;
   DepthOfCut stands_at_cut_;

@@ -86,6 +86,14 @@ Measuring::Measuring(const WalkOptions& options,
       reporter_(reporter),
       log_(log),
       corrections_(options.uncertainty) {
+  if (options.aligned != nullptr) begin_aligned();
+}
+
+void Measuring::begin_aligned() {
+  if (is_first_pass()) survey_ = *options_.aligned;
+  n_measured_ = options_.aligned->measurements.size();
+  n_fitted_ = options_.aligned->series.size();
+  activate(0, 0);
 }
 
 std::optional<std::size_t> Measuring::measure(MeasurementRequest request, bool is_of_series) {

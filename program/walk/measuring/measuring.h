@@ -120,6 +120,8 @@ class Measuring {
   void stop() { must_stop_ = true; }
 
  private:
+  /// Puts WalkOptions::aligned in force.
+  void begin_aligned();
   void report_lost(const Measurement& measurement);
   /// A warning where the others of its series make the fit, else an error.
   void report_skipped(const Measurement& measurement, const SeriesResult& series);

@@ -13,6 +13,7 @@
 #include "calib/base/diagnostic.h"
 #include "calib/base/fields/page.h"
 #include "calib/json_files.h"
+#include "machine/align/json_file.h"
 #include "machine/config/json_files.h"
 #include "machine/config/machine_file.h"
 #include "program/excellon/text/header_words.h"
@@ -341,6 +342,7 @@ std::vector<internal::JsonFile> json_files() {
   return {internal::camera_file(),
           internal::spindle_file(),
           internal::table_file(),
+          internal::alignment_file(),
           internal::surface_map_file(),
           internal::measurements_file(),
           internal::calibrations_file(),

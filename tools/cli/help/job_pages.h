@@ -107,6 +107,13 @@ nothing else and shows the facts that --json writes as one object (docs/formats/
 measures no target needs no SOURCE, and with one it is refused: it is the wrong program, or its
 targets are lost. --uncorrected writes it as it is.
 
+  $ panelcal run board-PTH.drl -m machine.toml --align board.align.json -o pth.ngc
+
+corrects a program without targets by what `panelcal align` has measured: the same fit for each file
+of the board. It is refused for another machine.toml or calibration, if a gate holds it, if the panel
+was seen more than --valid hours ago (`panelcal align verify`), for a program that asks the camera
+itself, and where its holes and the pads do not overlap (docs/howto/align.md).
+
 --turned 90, 180 or 270 declares that the panel lies so on purpose, counter-clockwise about work
 zero; rotation and offset are held against [gates] from there. A panel that lies so without being
 declared is held. It is for measurements of another vision system: a camera looks for targets where

@@ -49,7 +49,76 @@ CLI::Option_group* add_source(CLI::App& command, OptionsOf& o) {
   return source;
 }
 
+void add_valid(CLI::App& command, double& hours) {
+  command
+      .add_option(
+          "--valid", hours, "Hours for which a panel is taken to lie where it was seen last")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
+}
+
+CLI::Option* add_alignment(CLI::App& command, AlignOptions& o) {
+  return command.add_option("ALIGNMENT", o.alignment, "board.align.json of `panelcal align`")
+      ->required();
+}
+
+/// Of those that look at pads.
+void add_look(CLI::App& command, AlignOptions& o) {
+  CLI::Option_group* source = add_source(command, o);
+  source->add_option("--measurements", o.measurements, "Recorded measurements (JSON Lines)");
+  source->require_option(0, 1);
+  command.add_option("--by", o.by, "Who asks (default: the user)");
+  add_threads(command, o.n_threads);
+}
+
 }  // namespace
+
+void add_align_options(CLI::App& command, AlignOptions& o) {
+  // The commands below it have none of these, so that none is required here.
+  CLI::Option* pads = command.add_option(
+      "PADS",
+      o.pads,
+      "Pads to look at: a list \"X,Y;X,Y\" in mm, a Gerber file, a placement file, or a part "
+      "program, whose targets of the panel they are");
+  command.add_option("-m,--machine", o.machine, "machine.toml");
+  add_look(command, o);
+  command.add_option("-o,--output", o.output, "The alignment, such as board.align.json");
+  command.add_option("--tool",
+                     o.vision_tool,
+                     "Number of the vision tool that looks for the pads (default: the only one, or "
+                     "the one of their size)");
+  command
+      .add_option("--diameter",
+                  o.diameter_mm,
+                  "Of the fiducials of a Gerber file without X2 attributes, mm")
+      ->check(CLI::PositiveNumber);
+  command
+      .add_option("--auto",
+                  o.n_best_holes,
+                  "Look at so many of a program's own holes, those that determine all others best")
+      ->check(CLI::Range(1, 20));
+  command.add_option("--panel", o.panel, "Which panel it is, to be kept with the alignment");
+  command.add_option("--save-measurements",
+                     o.save_measurements,
+                     "Write the measurements, to replay with --measurements");
+  add_report(command, o.facts, "Write an HTML report");
+  add_json(command, o.facts);
+  add_reading(command, o.reading, pads);
+}
+
+void add_align_verify_options(CLI::App& command, AlignOptions& o) {
+  add_alignment(command, o);
+  command.add_option("-m,--machine", o.machine, "machine.toml")->required();
+  add_look(command, o);
+}
+
+void add_align_show_options(CLI::App& command, AlignOptions& o) {
+  add_alignment(command, o);
+  command.add_option("-m,--machine", o.machine, "machine.toml")->required();
+  add_valid(command, o.valid_hours);
+  add_report(command, o.facts, "Write an HTML report");
+  add_json(command, o.facts);
+}
 
 void add_check_options(CLI::App& command, CheckOptions& o) {
   command.add_option("PROGRAM", o.program, "Part program; - is standard input");
@@ -93,6 +162,9 @@ void add_run_options(CLI::App& command, RunOptions& o) {
   command.add_option("-m,--machine", o.machine, "machine.toml")->required();
   CLI::Option_group* source = add_source(command, o);
   source->add_option("--measurements", o.measurements, "Recorded measurements (JSON Lines)");
+  source->add_option(
+      "--align", o.align, "The panel was measured before: board.align.json of `panelcal align`");
+  add_valid(command, o.valid_hours);
   source->require_option(0, 1);
   command.add_flag("--uncorrected",
                    o.uncorrected,

@@ -14,6 +14,9 @@ namespace panelcal {
 void add_check_options(CLI::App& command, CheckOptions& o);
 void add_survey_options(CLI::App& command, SurveyOptions& o);
 void add_plan_options(CLI::App& command, PlanOptions& o);
+void add_align_options(CLI::App& command, AlignOptions& o);
+void add_align_show_options(CLI::App& command, AlignOptions& o);
+void add_align_verify_options(CLI::App& command, AlignOptions& o);
 void add_run_options(CLI::App& command, RunOptions& o);
 void add_translate_options(CLI::App& command, TranslateOptions& o);
 void add_locate_options(CLI::App& command, LocateCommandOptions& o);

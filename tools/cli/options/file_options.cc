@@ -17,7 +17,7 @@ struct Row {
   std::string_view what;  ///< of inputs: "FILE is ..."
 };
 
-constexpr std::array<Row, 30> kFileOptions = {{
+constexpr std::array<Row, 33> kFileOptions = {{
     {"PROGRAM", FileUse::Read, "the program"},
     {"--program", FileUse::Read, "the program"},
     {"GCODE", FileUse::Read, "the program"},
@@ -25,6 +25,9 @@ constexpr std::array<Row, 30> kFileOptions = {{
     {"PROBES", FileUse::Read, "a file of probes"},
     {"IMAGE", FileUse::Read, "a picture that is looked at"},
     {"PLACE", FileUse::Read, "the list of places"},
+    {"PADS", FileUse::Read, "the file of pads"},
+    {"ALIGNMENT", FileUse::Read, "the alignment"},
+    {"--align", FileUse::Read, "the alignment"},
     {"-m,--machine", FileUse::Machine, ""},
     {"-l,--ledger", FileUse::Ledger, "the ledger"},
     {"--against", FileUse::Pictures, "the files of --against"},

@@ -10,6 +10,7 @@
 
 #include "calib/base/expected.h"
 #include "program/walk/reading_terms.h"
+#include "tools/cli/options/align_options.h"
 #include "tools/cli/options/calibrate_options.h"
 #include "tools/cli/options/file_options.h"
 #include "tools/cli/options/history_options.h"
@@ -48,6 +49,8 @@ struct RunOptions {
   std::string camera;          ///< SOURCE: address of a live camera
   std::string probes;          ///< recorded probe readings
   std::string surface;         ///< a map made before; empty: none
+  std::string align;           ///< the panel was measured before; empty: it was not
+  double valid_hours = 4;      ///< of `align`
   std::string output;
   std::string format;  ///< empty: from the output's extension
   FactsFiles facts;
@@ -147,7 +150,8 @@ using CommandOptions = std::variant<CheckOptions,
                                     NightlyOptions,
                                     ServeOptions,
                                     HistoryOptions,
-                                    SurfaceOptions>;
+                                    SurfaceOptions,
+                                    AlignOptions>;
 
 struct Answer;
 struct CommandContext;

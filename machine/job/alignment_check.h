@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "calib/base/expected.h"
+#include "program/walk/walk.h"
+
+namespace panelcal {
+
+/// Checks that a program can be corrected by WalkOptions::aligned: it measures no target and
+/// calibrates nothing itself, and its places overlap the rectangle of the pads. Files of one board
+/// that were written with different origins do not overlap.
+///
+/// In     checked: what the check of the program has found on a perfect panel, the alignment first
+/// Fails  usage
+Expected<void> check_fits_alignment(const Program& program,
+                                    const WalkOptions& options,
+                                    const Survey& checked);
+
+}  // namespace panelcal
