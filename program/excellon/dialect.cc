@@ -28,8 +28,8 @@ std::optional<Diagnostic> foreign(const SourceText& source) {
     return Diagnostic{Code::NotAProgram,
                       {source.file, line->number, 1},
                       quoted(trimmed(line->text)) + " is G-code, the language of a machine control",
-                      "the drill or rout file that it was made of; `panelcal surface apply` makes "
-                      "G-code follow a board's heights"};
+                      "the drill or rout file that it was made of; `panelcal align apply` moves "
+                      "G-code to where a board lies, `panelcal surface apply` follows its heights"};
   }
   const ForeignText found = find_foreign(source.bytes);
   if (found.line == 0) return std::nullopt;

@@ -67,7 +67,7 @@ class ExecutedLines {
 
   const SourceText& program_;
   LineCursor cursor_;
-  std::map<std::string, LinePlace> subprograms_;  ///< where their first lines are
+  std::map<std::string, LinePlace> subprograms_;  ///< the places of their first lines
   std::vector<Frame> frames_;
   long n_lines_ = 0;
 };

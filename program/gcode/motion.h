@@ -90,7 +90,7 @@ class MotionReader {
   Counting counting() const { return {unit_mm(), is_incremental_}; }
   bool arcs_are_absolute() const { return arcs_are_absolute_; }
   bool has_unit() const { return unit_mm_.has_value(); }
-  /// Where the tool is now.
+  /// The place of the tool now.
   const Standing& standing() const { return at_; }
   /// Counts that place anew: the zero was shifted.
   void stand_at(const Standing& at) { at_ = at; }

@@ -16,7 +16,7 @@
 
 namespace panelcal {
 
-/// Where the nominal places of a board are, in the coordinates that the machine is told.
+/// The places of a board in the coordinates that the machine is told.
 class BoardPlaces {
  public:
   virtual ~BoardPlaces() = default;

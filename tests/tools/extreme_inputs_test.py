@@ -92,7 +92,7 @@ def outputs_of(command):
         return ["-o", "new"]
     if command in ("surface fit", "surface plan", "history plot"):
         return ["-o", "new.json"]
-    return ["-o", "new.ngc"] if command == "surface apply" else []
+    return ["-o", "new.ngc"] if command in ("surface apply", "align apply") else []
 
 
 def limit(limits_memory):

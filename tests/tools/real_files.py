@@ -92,6 +92,8 @@ COMMANDS = {
     "align": "job.exc -m machine.toml --images images",
     "align verify": "board.align.json -m machine.toml --images images",
     "align show": "board.align.json -m machine.toml",
+    "align apply": "program.ngc -m machine.toml --align board.align.json --surface map.json",
+    "filter": "program.ngc -m machine.toml --align board.align.json",
     "translate": "job.exc -m machine.toml",
     "locate": "images/0000.png -m machine.toml --tool 2",
     "synth": "job.exc -m machine.toml",

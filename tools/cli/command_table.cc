@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "tools/cli/help/align_pages.h"
+#include "tools/cli/help/apply_pages.h"
 #include "tools/cli/help/calibrate_pages.h"
 #include "tools/cli/help/history_pages.h"
 #include "tools/cli/help/job_pages.h"
@@ -48,6 +49,12 @@ constexpr auto kCommands = std::to_array<CommandRow>({
         "align verify", "Look at two pads again: has the panel moved since?", pages::kAlignVerify),
     row<AlignOptions, add_align_show_options, align::show>(
         "align show", "Say what an alignment knows, and whether it is in force", pages::kAlignShow),
+    row<ApplyOptions, add_align_apply_options, align::apply>(
+        "align apply", "Move a G-code program to where the board lies", pages::kAlignApply),
+    row<ApplyOptions, add_filter_options, align::filter>(
+        "filter",
+        "Write G-code for the aligned board: a filter program of LinuxCNC",
+        pages::kFilter),
     row<TranslateOptions, add_translate_options>(
         "translate", "Write a program in the other language, patterns and all", pages::kTranslate),
     row<LocateCommandOptions, add_locate_options>(

@@ -42,6 +42,8 @@ namespace align {
 Expected<Answer> measure(const AlignOptions& options, CommandContext& context);
 Expected<Answer> verify(const AlignOptions& options, CommandContext& context);
 Expected<Answer> show(const AlignOptions& options, CommandContext& context);
+Expected<Answer> apply(const ApplyOptions& options, CommandContext& context);
+Expected<Answer> filter(const ApplyOptions& options, CommandContext& context);
 }  // namespace align
 
 namespace calibrate {

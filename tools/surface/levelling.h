@@ -13,7 +13,7 @@ namespace panelcal::surface {
 /// Those of the command line.
 LevelOptions level_options(const SurfaceOptions& options);
 
-/// What levelling has changed, in lines for people.
+/// The changes by levelling, in lines for people.
 std::string level_text(const LevelFigures& figures);
 
 /// Marks a program that was levelled.

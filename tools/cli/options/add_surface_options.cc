@@ -34,6 +34,49 @@ void add_format(CLI::App& command, SurfaceOptions& o, const char* what) {
       ->check(CLI::IsMember({"probes", "heightmap", "linuxcnc", "bcnc", "opencncpilot"}));
 }
 
+void add_levelling(CLI::App& command, SurfaceOptions& o) {
+  command
+      .add_option("--height-tolerance-um",
+                  o.height_tolerance_um,
+                  "How near to its height the tool has to be all along a move")
+      ->check(CLI::Range(0.1, 1000.0))
+      ->capture_default_str();
+  command
+      .add_option("--safe-mm",
+                  o.safe_mm,
+                  "Moves at this Z or above stay (default: the lowest Z above the board at which "
+                  "the program travels)")
+      ->check(CLI::Range(-1e3, 1e3));
+  command.add_option("--zero", o.zero_mm, "X,Y: where the tool's Z was set to 0, mm")
+      ->expected(2)
+      ->delimiter(',');
+  command.add_option("--unit", o.gcode_unit, "Of a program that has neither G20 nor G21")
+      ->check(CLI::IsMember({"mm", "inch"}));
+}
+
+void add_max_sigma(CLI::App& command, SurfaceOptions& o, const char* help) {
+  command.add_option("--max-sigma-um", o.max_sigma_um, help)->check(CLI::Range(1e-3, 1e6));
+}
+
+void add_alignment_in_force(CLI::App& command, ApplyOptions& o) {
+  command.add_option("-m,--machine", o.machine, "machine.toml")->required();
+  command.add_option("--align", o.align, "board.align.json of `panelcal align`")->required();
+  command
+      .add_option("--valid",
+                  o.valid_hours,
+                  "Hours for which a panel is taken to lie where it was seen last")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
+  command
+      .add_option("--tolerance-um",
+                  o.tolerance_um,
+                  "How near lines and arcs have to be to the way of the board")
+      ->check(CLI::Range(0.1, 1000.0))
+      ->capture_default_str();
+  command.add_option("--surface", o.surface.map, "The tool also follows this map (.json)");
+  add_levelling(command, o.surface);
+}
+
 }  // namespace
 
 void add_surface_fit_options(CLI::App& command, SurfaceOptions& o) {
@@ -145,26 +188,21 @@ void add_surface_apply_options(CLI::App& command, SurfaceOptions& o) {
   command.add_option("GCODE", o.gcode, "The program")->required();
   command.add_option("-o,--output", o.output, "The levelled program; - is standard output")
       ->required();
-  command
-      .add_option("--height-tolerance-um",
-                  o.height_tolerance_um,
-                  "How near to its height the tool has to be all along a move")
-      ->check(CLI::Range(0.1, 1000.0))
-      ->capture_default_str();
-  command
-      .add_option("--safe-mm",
-                  o.safe_mm,
-                  "Moves at this Z or above stay (default: the lowest Z above the board at which "
-                  "the program travels)")
-      ->check(CLI::Range(-1e3, 1e3));
-  command.add_option("--zero", o.zero_mm, "X,Y: where the tool's Z was set to 0, mm")
-      ->expected(2)
-      ->delimiter(',');
-  command.add_option("--unit", o.gcode_unit, "Of a program that has neither G20 nor G21")
-      ->check(CLI::IsMember({"mm", "inch"}));
-  command
-      .add_option("--max-sigma-um", o.max_sigma_um, "Refuse where the map is less sure than this")
-      ->check(CLI::Range(1e-3, 1e6));
+  add_levelling(command, o);
+  add_max_sigma(command, o, "Refuse where the map is less sure than this");
+}
+
+void add_align_apply_options(CLI::App& command, ApplyOptions& o) {
+  command.add_option("GCODE", o.program, "The program")->required();
+  add_alignment_in_force(command, o);
+  command.add_option("-o,--output", o.output, "The moved program; - is standard output")
+      ->required();
+  add_max_sigma(command, o.surface, "Refuse where a place in X and Y is less sure than this");
+}
+
+void add_filter_options(CLI::App& command, ApplyOptions& o) {
+  command.add_option("PROGRAM", o.program, "A program to drill or rout, or G-code")->required();
+  add_alignment_in_force(command, o);
 }
 
 void add_surface_export_options(CLI::App& command, SurfaceOptions& o) {

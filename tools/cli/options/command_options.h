@@ -41,6 +41,9 @@ void add_history_fresh_start_options(CLI::App& command, HistoryOptions& o);
 void add_history_plot_options(CLI::App& command, HistoryOptions& o);
 void add_history_verify_options(CLI::App& command, HistoryOptions& o);
 
+void add_align_apply_options(CLI::App& command, ApplyOptions& o);
+void add_filter_options(CLI::App& command, ApplyOptions& o);
+
 void add_surface_fit_options(CLI::App& command, SurfaceOptions& o);
 void add_surface_query_options(CLI::App& command, SurfaceOptions& o);
 void add_surface_diff_options(CLI::App& command, SurfaceOptions& o);

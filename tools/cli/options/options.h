@@ -11,6 +11,7 @@
 #include "calib/base/expected.h"
 #include "program/walk/reading_terms.h"
 #include "tools/cli/options/align_options.h"
+#include "tools/cli/options/apply_options.h"
 #include "tools/cli/options/calibrate_options.h"
 #include "tools/cli/options/file_options.h"
 #include "tools/cli/options/history_options.h"
@@ -150,6 +151,7 @@ using CommandOptions = std::variant<CheckOptions,
                                     NightlyOptions,
                                     ServeOptions,
                                     HistoryOptions,
+                                    ApplyOptions,
                                     SurfaceOptions,
                                     AlignOptions>;
 
