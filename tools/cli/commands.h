@@ -35,8 +35,14 @@ Expected<Answer> run_command(const RunOptions& options, CommandContext& context)
 Expected<Answer> run_command(const TranslateOptions& options, CommandContext& context);
 Expected<Answer> run_command(const LocateCommandOptions& options, CommandContext& context);
 Expected<Answer> run_command(const SynthOptions& options, CommandContext& context);
+Expected<Answer> run_command(const BatchOptions& options, CommandContext& context);
 Expected<Answer> run_command(const NightlyOptions& options, CommandContext& context);
 Expected<Answer> run_command(const ServeOptions& options, CommandContext& context);
+
+namespace batch {
+Expected<Answer> report(const BatchReportOptions& options, CommandContext& context);
+Expected<Answer> show(const BatchReportOptions& options, CommandContext& context);
+}  // namespace batch
 
 namespace calibrate {
 Expected<Answer> spindle_camera(const CalibrateOptions& options, CommandContext& context);
