@@ -75,12 +75,14 @@ test_sanitized() {
   run_tests "$root/build/asan" --label-exclude slow "$@"
 }
 
-# The threads that look at pictures; libraries that are not built here are not watched.
+# The threads that look at pictures and do jobs; libraries that are not built here are not watched.
 test_threads() {
   step "configure with thread sanitizer" cmake -S "$root" --preset tsan
   step "build with thread sanitizer" cmake --build "$root/build/tsan" --target panelcal
   step "threads with thread sanitizer" python3 "$root/tests/tools/threads_test.py" \
     "$root/build/tsan/tools/panelcal" "$root"
+  step "batch with thread sanitizer" python3 "$root/tests/tools/batch_test.py" \
+    "$root/build/tsan/tools/panelcal" "$root" 0
 }
 
 # Other builds compile many sources as one, which hides what a source forgets to include.

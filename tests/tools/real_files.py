@@ -97,6 +97,8 @@ COMMANDS = {
     "translate": "job.exc -m machine.toml",
     "locate": "images/0000.png -m machine.toml --tool 2",
     "synth": "job.exc -m machine.toml",
+    "batch report": "results",
+    "batch show": "results",
     "calibrate camera": "-m machine.toml --images images --plate plate.toml",
     "calibrate table": "-m machine.toml --plate plate.toml --measurements looks.jsonl",
     "calibrate surface": "map.json -m machine.toml",
@@ -191,6 +193,8 @@ def make(panelcal, repository, folder):
                     "2026-11-22T02:00:00", "--surface", "map.json", "--truth", "truth.json",
                     "-o", "out.jsonl", "--save-measurements", "measurements.jsonl")
     panelcal_writes("align", "job.exc", "-m", "machine.toml", "--images", "images", "-o", "board.align.json")
+    (folder / "jobs.csv").write_text("program,machine,images\njob.exc,machine.toml,images\n")
+    panelcal_writes("batch", "jobs.csv", "-o", "results", "--clock", "2026-11-22T02:00:00")
     assert OF_MACHINE <= set(os.listdir(folder)), os.listdir(folder)
 
 

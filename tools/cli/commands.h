@@ -35,6 +35,7 @@ Expected<Answer> run_command(const RunOptions& options, CommandContext& context)
 Expected<Answer> run_command(const TranslateOptions& options, CommandContext& context);
 Expected<Answer> run_command(const LocateCommandOptions& options, CommandContext& context);
 Expected<Answer> run_command(const SynthOptions& options, CommandContext& context);
+Expected<Answer> run_command(const BatchOptions& options, CommandContext& context);
 Expected<Answer> run_command(const NightlyOptions& options, CommandContext& context);
 Expected<Answer> run_command(const ServeOptions& options, CommandContext& context);
 
@@ -45,6 +46,11 @@ Expected<Answer> show(const AlignOptions& options, CommandContext& context);
 Expected<Answer> apply(const ApplyOptions& options, CommandContext& context);
 Expected<Answer> filter(const ApplyOptions& options, CommandContext& context);
 }  // namespace align
+
+namespace batch {
+Expected<Answer> report(const BatchReportOptions& options, CommandContext& context);
+Expected<Answer> show(const BatchReportOptions& options, CommandContext& context);
+}  // namespace batch
 
 namespace calibrate {
 Expected<Answer> spindle_camera(const CalibrateOptions& options, CommandContext& context);
