@@ -18,6 +18,7 @@ DEMO = pathlib.Path(__file__).resolve().parents[2] / "datasets" / "demo"
 arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 arguments.add_argument("--machine", type=pathlib.Path, default=DEMO / "machine.toml")
 arguments.add_argument("--images", type=pathlib.Path, help="pictures of one mark, with images.csv")
+arguments.add_argument("--ledger", type=pathlib.Path, help="show what earlier nights have found")
 arguments.add_argument("--small", action="store_true", help="as the tests run it")
 options = arguments.parse_args()
 
@@ -69,3 +70,8 @@ offset = panelcal.calibrate_spindle_camera(drilled_mm, hole, spindle_mm, seen_mm
 sigma_um = 1e3 * np.sqrt(np.diag(offset.cov_mm2))
 print(f"spindle to camera: {offset.offset_mm.round(4)} mm, sigma {sigma_um.round(2)} um")
 assert (np.abs(offset.offset_mm - true_offset_mm) < 5e-3 * sigma_um).all()
+
+# Earlier nights, from the ledger that `panelcal nightly` keeps.
+for entry in panelcal.history(options.ledger) if options.ledger else []:
+    values = {one["name"]: one["value"] for one in entry["parameters"]}
+    print(entry["time"], entry["kind"], entry["subject"], entry["verdict"], values)

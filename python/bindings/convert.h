@@ -29,7 +29,7 @@ struct Raised {
 [[noreturn]] inline void raise(Diagnostic problem) {
   throw Raised{std::move(problem), {}};
 }
-/// A call that makes no sense.
+/// A call whose arguments are out of range, or of a wrong shape.
 ///
 /// In     function: name of the called one, which stands in the place of a file
 [[noreturn]] void raise_usage(std::string_view function, std::string what, std::string expected);

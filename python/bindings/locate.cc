@@ -166,7 +166,7 @@ void bind_detection(py::module_& module) {
   py::class_<Detection, std::shared_ptr<Detection>>(module, "Detection", R"(
 The answer to "where is the target in this picture?".
 
-Properties of the target are None where no candidate was fitted. Test `found`
+Without a fitted candidate each property of the target is None. Test `found`
 before you use one: a candidate that is rejected or ambiguous has them, too.
 
 Attributes
@@ -319,6 +319,7 @@ Immutable: threads may share it.)")
       .def(
           "__call__",
           [](const SampleRenderer& self, int i) {
+            if (i < 0) raise_usage("Samples", fmt::format("picture {}", i), "0 or more");
             Sample sample = [&] {
               const py::gil_scoped_release release;
               return self.draw(i);

@@ -11,7 +11,7 @@
 
 namespace panelcal::python {
 
-/// Where a program comes from: a file, or a text and the name that it goes by.
+/// The origin of a program: a file, or a text and the name that it goes by.
 struct ProgramSource {
   std::string name;
   std::optional<std::string> text;  ///< absent: in the file of that name

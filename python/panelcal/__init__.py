@@ -67,7 +67,7 @@ from ._error import Error
 
 Path = Union[str, "os.PathLike[str]"]
 
-for _type in (CameraMapping, Detection, Image, Machine, PanelFit, Samples, Surface, Target):
+for _type in (CameraMapping, Detection, Error, Image, Machine, PanelFit, Samples, Surface, Target):
     _type.__module__ = __name__  # where its users find it
 
 __all__ = [

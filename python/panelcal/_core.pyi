@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Types of the extension; tests/python/test_package.py holds them against it.
+import os
 from typing import Any, Mapping, Sequence
 
 import numpy as np
@@ -203,7 +204,7 @@ class Surface:
     @property
     def text(self) -> str: ...
     def query(self, places_mm: ArrayLike) -> dict[str, Any]: ...
-    def save(self, file: str) -> None: ...
+    def save(self, file: str | os.PathLike[str]) -> None: ...
 
 class Calibrated:
     @property

@@ -17,7 +17,7 @@ class Error(Exception):
     code : str
         The slug of the diagnostic, as docs/diagnostics.md lists them.
     file : str
-        The file, or the function whose arguments make no sense; may be empty.
+        The file, or the function whose arguments are wrong; may be empty.
     line, column : int
         From 1; 0 where there is none.
     what : str

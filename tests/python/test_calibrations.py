@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 import json
+import shutil
 
 import numpy as np
 import pytest
 
 import panelcal
-from conftest import run_panelcal
+from conftest import ROOT, run_panelcal
 
 
 def pictures_of_a_mark(folder, machine, truth):
@@ -68,6 +69,44 @@ def test_data_that_determine_nothing_are_refused():
     with pytest.raises(panelcal.Error) as error:
         panelcal.calibrate_spindle_camera(drilled, hole + 1, spindle, seen, 0.001)
     assert error.value.code == "usage"
+
+
+def test_a_table_from_looks_is_that_of_the_command_line(demo, machine, tmp_path):
+    random = np.random.default_rng(2)
+    (tmp_path / "plate.toml").write_text(
+        "[plate]\ncolumns = 5\nrows = 5\npitch_mm = 40\ndot_diameter_mm = 1\ncertified = true\n"
+        "[[pose]]\norigin_mm = [100, 80]\nangle_deg = 0\n")
+    scale = 1 + 20e-6  # of the table's x axis
+    rows = []
+    for i, j in np.ndindex(5, 5):
+        axis = np.array([100 + 40 * i, 80 + 40 * j]) + random.uniform(-0.2, 0.2, 2)
+        seen = [100 + 40 * i, 80 + 40 * j] - axis * [scale, 1] + random.normal(0, 0.0005, 2)
+        rows.append({"pose": 0, "axis": axis.tolist(), "dot": [i, j], "seen": seen.tolist(),
+                     "cov": [2.5e-7, 0, 2.5e-7]})
+    looks_file = tmp_path / "looks.jsonl"
+    looks_file.write_text("".join(json.dumps(row) + "\n" for row in rows))
+    clock = "2026-11-21T02:00:00Z"
+    made = panelcal.calibrate_table(machine, tmp_path / "plate.toml", measurements=looks_file,
+                                    clock=clock)
+    run_panelcal("calibrate", "table", "-m", demo / "machine.toml", "--plate", tmp_path / "plate.toml",
+                 "--measurements", looks_file, "--clock", clock, "-o", tmp_path / "table.json",
+                 "--force")
+    assert made.text == (tmp_path / "table.json").read_text()
+    assert made.report and made.degrees_of_freedom > 0
+
+
+def test_a_ledger_has_the_entries_that_history_exports(tmp_path):
+    night = ROOT / "examples" / "nightly"
+    for name in ("machine.toml", "camera.cal.json"):
+        shutil.copy(night / name, tmp_path)
+    run_panelcal("nightly", "-m", tmp_path / "machine.toml")
+    ledger = tmp_path / "drill1.ledger"
+    exported = [json.loads(line)
+                for line in run_panelcal("history", "export", "-l", ledger).splitlines()]
+    entries = panelcal.history(ledger)
+    assert [entry["kind"] for entry in entries].count("spindle-camera") == 1
+    for entry, row in zip(entries, exported, strict=True):
+        assert {key: row[key] for key in entry} == entry
 
 
 def test_a_missing_ledger_is_an_error(tmp_path):

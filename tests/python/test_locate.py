@@ -123,3 +123,5 @@ def test_samples_are_the_pictures_of_synth(demo, machine, tmp_path):
         image, known = samples(i)
         assert np.array_equal(image, panelcal.read_image(tmp_path / f"{i:04}.png"))
         assert known["center_px"].tolist() == truth["pictures"][i]["center_px"]
+    with pytest.raises(panelcal.Error, match="picture -1"):
+        samples(-1)

@@ -39,8 +39,8 @@ struct Planning {
 
 /// Reads the machine's terms, the program and the noise of its targets, in this order.
 ///
-/// Where only the design of a series is at fault, another model that any target determines stands
-/// for it, so that there are holes to speak of.
+/// If only the design of a series is at fault, another model that any target determines stands for
+/// it, so that there are holes to speak of.
 ///
 /// Out    absent if the log has an error
 std::optional<Planning> prepare_plan(const PlanningTerms& terms,
