@@ -35,12 +35,15 @@ Expected<CameraViews::Settings> CameraViews::settings_for(const MeasurementReque
   // After an `$uvis,focus` that found nothing the axis stands at the last height tried.
   const std::optional<Length> focus_z = view.focus_z ? view.focus_z : stated_.focus;
   if (focus_z) wanted.emplace_back(CameraSetting::Focus, focus_z->in_mm());
+  const std::optional<double>& asked_us = request.settings.exposure_us;
+  const std::optional<double> exposure_us = asked_us ? asked_us : usual_exposure_us_;
+  if (exposure_us) wanted.emplace_back(CameraSetting::Exposure, *exposure_us);
   std::erase_if(wanted, [this](const auto& one) {
     const auto known = set_.find(one.first);
     return known != set_.end() && known->second == one.second;
   });
   for (const auto& [setting, value] : wanted) {
-    if (camera_->can_set(setting) || stage_->can_set(setting)) continue;
+    if (can_set(setting)) continue;
     return failure({Code::ConfigValue,
                     {camera_->name(), 0, 0},
                     fmt::format("{} target {} (line {}) asks for {} {}, which this camera does not "
@@ -57,6 +60,9 @@ Expected<CameraViews::Settings> CameraViews::settings_for(const MeasurementReque
 
 Expected<void> CameraViews::set(const Settings& settings) {
   for (const auto& [setting, value] : settings) {
+    if (setting == CameraSetting::Exposure && !usual_exposure_us_) {
+      usual_exposure_us_ = camera_->value(setting);
+    }
     set_.erase(setting);
     is_settled_ = false;
     PANELCAL_CHECK(camera_->can_set(setting) ? camera_->set(setting, value)

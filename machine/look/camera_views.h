@@ -45,6 +45,13 @@ class CameraViews final : public ViewTaker {
   ///        can set); device-stage; device-frame
   Expected<TakenPicture> take(const MeasurementRequest& request, const View& view) override;
 
+  bool can_set(CameraSetting setting) const override {
+    return camera_->can_set(setting) || stage_->can_set(setting);
+  }
+  std::optional<double> exposure_us() const override {
+    return camera_->value(CameraSetting::Exposure);
+  }
+
   const CameraDevice& camera() const { return *camera_; }
 
   /// [camera] lamp for requests without one, and [camera] focus_mm until a view asks for another.
@@ -78,6 +85,7 @@ class CameraViews final : public ViewTaker {
   Wait wait_;
   VisionOptions stated_;                               ///< its lamp and focus
   std::map<CameraSetting, double> set_;                ///< the last values
+  std::optional<double> usual_exposure_us_;            ///< before a request asked for another
   std::optional<Position<frame::Machine>> commanded_;  ///< place to which the spindle was sent last
   Position<frame::Machine> standing_;                  ///< and where it stands
   bool is_settled_ = false;
