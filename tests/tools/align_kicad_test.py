@@ -14,7 +14,11 @@ from pathlib import Path
 from aligned_panel import Panel, distance_in_sigmas, prepare
 from demo_job import drilled, run
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
+from facts import checked  # noqa: E402
+
 SKIPPED = 77
+ROOT = Path(__file__).parents[2]
 BOARD = Path("/usr/share/kicad/demos/pic_programmer/pic_programmer.kicad_pcb")
 SYSTEM_PYTHON = "/usr/bin/python3"
 
@@ -59,6 +63,11 @@ def main():
             assert [tuple(h["nominal"]) for h in holes] == written, (kind, len(holes), len(written))
             assert all(distance_in_sigmas(hole, panel) < 5 for hole in holes)
             n += len(holes)
+            said = run(panelcal, "check", f"{stem}-{kind}.drl", "--json", "check.json", cwd=folder).stdout
+            plating = "plated" if kind == "PTH" else "unplated"
+            assert f"\n{plating} holes of layers 1 to 2: T1 " in said and "ComponentDrill" in said, said
+            stated = checked(json.loads((folder / "check.json").read_text()), ROOT)["job"]["attributes"]
+            assert stated["file_function"].endswith(f",1,2,{kind}") and stated["tools"], stated
         print(f"{n} holes")
         assert n > 200, n
     return 0
