@@ -198,7 +198,7 @@ class BatchRun {
       }
       FinishedJob done = pending.front().get();
       pending.pop_front();
-      // A job that saw the signal too is none that failed.
+      // A job that saw the signal too has not failed.
       if (interruption() != 0) break;
       if (done.broken) {
         PANELCAL_CHECK(commit_shard());

@@ -12,7 +12,7 @@ namespace panelcal::batch {
 /// A field of a line of CSV, without its quotes and the blanks around it.
 struct CsvField {
   std::string text;
-  int column = 1;  ///< where it begins, in bytes from 1
+  int column = 1;  ///< of its beginning, in bytes from 1
 };
 
 /// Splits a line at commas; "a, ""b""" is one field (RFC 4180).

@@ -12,7 +12,7 @@ namespace {
 using facts::Json;
 using internal::grouped;
 
-/// A number of the facts, in so many decimals; a dash where there is none.
+/// A number of the facts in fixed point; a dash for one that is not known.
 std::string shown(const Json& value, int n_decimals) {
   return value.is_number() ? internal::fixed(value.get<double>(), n_decimals) : "-";
 }

@@ -21,7 +21,8 @@ enum class JobState : std::uint8_t {
 /// "drilled", "held", "failed".
 std::string_view name(JobState state);
 
-/// A value of a row: none, a whole number, a number or a text. A number that is not finite is none.
+/// A value of a row: missing, a whole number, a number or a text. A number that is not finite is
+/// stored as missing.
 using StoredValue = std::variant<std::monostate, std::int64_t, double, std::string>;
 using StoredRow = std::vector<StoredValue>;
 

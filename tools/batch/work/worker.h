@@ -46,7 +46,7 @@ class JobWorker {
   /// Precondition: machines and results outlive this
   JobWorker(JobTerms terms, MachineCache& machines, const ResultFolder& results);
 
-  /// What a job throws is its own failure.
+  /// An exception of a job is its own failure.
   FinishedJob run(const ManifestJob& job) const;
 
  private:
