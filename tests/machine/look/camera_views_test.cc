@@ -205,7 +205,7 @@ TEST(OpenCameraViews, SaysWhatMachineTomlLacks) {
   EXPECT_THAT(open_camera_views(config(""), "folder:x"), FailsWith(Code::ConfigValue, "[camera]"));
   EXPECT_THAT(
       open_camera_views(config("[camera]\ncalibration = \"camera.cal.json\"\n"), "folder:x"),
-      FailsWith(Code::ConfigValue, "[machine] stage_command"));
+      FailsWith(Code::ConfigValue, "stage_command that drives the camera"));
   EXPECT_THAT(open_camera_views(config(""), "folder"), FailsWith(Code::CameraUri));
 }
 
