@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "machine/devices/commands/command_stage.h"
+#include "machine/devices/controls/linuxcnc/linuxcnc.h"
 
 namespace panelcal {
 namespace {
@@ -32,7 +33,7 @@ Expected<OpenedControl> open_by_driver(const MachineConfig& config) {
     case ControlKind::Grbl:
       break;
     case ControlKind::LinuxCnc:
-      break;
+      return internal::open_linuxcnc(config);
   }
   return failure({Code::NotSupported, {config.file.string(), 0, 0}, "[machine] driver", ""});
 }
