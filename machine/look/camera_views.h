@@ -13,6 +13,7 @@
 #include "calib/correction/spindle_camera.h"
 #include "machine/config/machine_config.h"
 #include "machine/devices/camera.h"
+#include "machine/devices/controls/control.h"
 #include "machine/devices/stage.h"
 #include "machine/look/view_taker.h"
 
@@ -84,8 +85,11 @@ class CameraViews final : public ViewTaker {
 
 /// The camera and the stage of a machine file.
 ///
-/// Fails  config-value (no [camera], no [machine] stage_command); what open_camera reports
-Expected<std::unique_ptr<CameraViews>> open_camera_views(const MachineConfig& config,
-                                                         std::string_view camera_uri);
+/// In     control: gives what open_control has opened; empty: it is opened here
+/// Fails  config-value (no [camera], nothing drives the stage); what open_camera and control report
+Expected<std::unique_ptr<CameraViews>> open_camera_views(
+    const MachineConfig& config,
+    std::string_view camera_uri,
+    const std::function<Expected<OpenedControl>()>& control = {});
 
 }  // namespace panelcal

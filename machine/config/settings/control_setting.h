@@ -12,8 +12,12 @@ namespace panelcal {
 
 enum class ControlKind : std::uint8_t { Grbl, LinuxCnc };
 
-/// Whether the machine's coordinates must come from a home position.
-enum class Homing : std::uint8_t { Required, None };
+/// The origin of the machine's coordinates: a home position or not.
+enum class Homing : std::uint8_t {
+  Required,
+  WhenLocked,  ///< the driver homes a control that is locked until it is homed
+  None,
+};
 
 constexpr std::optional<ControlKind> control_kind_from_name(std::string_view name) {
   if (name == "grbl") return ControlKind::Grbl;
@@ -23,16 +27,17 @@ constexpr std::optional<ControlKind> control_kind_from_name(std::string_view nam
 
 constexpr std::optional<Homing> homing_from_name(std::string_view name) {
   if (name == "required") return Homing::Required;
+  if (name == "when_locked") return Homing::WhenLocked;
   if (name == "none") return Homing::None;
   return std::nullopt;
 }
 
-/// How a control probes; all heights are Z of the machine.
+/// Probing by a control; all heights are Z of the machine.
 struct ControlProbe {
   double feed_mm_min = 0;
-  Length from;  ///< where the probing move begins
+  Length from;  ///< beginning of the probing move
   Length to;    ///< and ends at the latest
-  Length z0;    ///< where the probe touches the plane from which heights count
+  Length z0;    ///< of a touch of the plane from which heights count
 };
 
 /// [machine] driver and its kin: a control that panelcal speaks to itself.

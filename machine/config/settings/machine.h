@@ -90,6 +90,10 @@ struct MachineConfig {
   Time settle;                           ///< [machine] settle_s: from an arrival to a picture
   std::optional<GcodeSetting> gcode;     ///< [gcode], for `run --to gcode`
   std::optional<SimConfig> sim;          ///< [sim]
+
+  /// There is something that drives the stage, by command or by a control.
+  bool can_move() const { return control.driver.has_value() || !stage.move.empty(); }
+  bool can_probe() const { return control.probe.has_value() || !stage.probe.empty(); }
 };
 
 }  // namespace panelcal

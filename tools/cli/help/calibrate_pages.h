@@ -10,8 +10,8 @@ inline constexpr std::string_view kCalibrate = R"(Example
   $ panelcal calibrate spindle-camera -m drill1.toml --camera gige://192.168.1.20 --install
 
 Each part has its own page: `panelcal calibrate spindle-camera --help`. A calibration that drives
-the machine needs SOURCE: --camera URI with [machine] stage_command, or --machine-driver sim for the
-virtual machine of [sim]. Only --install puts a calibration in force.
+the machine needs SOURCE: --camera URI with [machine] driver or stage_command, or --machine-driver
+sim for the virtual machine of [sim]. Only --install puts a calibration in force.
 
 --report writes a page with values, sigmas, verdict and residuals as arrows, and of a table the map
 of its error; --json the same as facts (share/schema/calibration.schema.json).
