@@ -15,7 +15,7 @@ namespace panelcal::internal {
 namespace {
 
 /// linuxcncrsh prints six decimals, of an inch perhaps, and the move has six of a millimetre.
-constexpr double kSamePlace_mm = 1e-4;
+constexpr double kReached_mm = 1e-4;
 /// The encoders have settled where three looks differ by less.
 constexpr double kSettled_mm = 5e-4;
 constexpr int kSettledLooks = 3;
@@ -36,7 +36,7 @@ constexpr const char* kFeedAgain = " F#<_panelcal_feed>";
 
 using DriveClock = std::chrono::steady_clock;
 
-std::string place_words(const LinuxCncPlace& place) {
+std::string axes_words(const LinuxCncPlace& place) {
   return fmt::format("X {:.4f}, Y {:.4f}, Z {:.4f}",
                      place.command_mm.x(),
                      place.command_mm.y(),
@@ -258,11 +258,11 @@ Expected<LinuxCncPlace> LinuxCncDrive::rest(const Condition& is_there) {
     if (is_idle && !has_arrived && time - last_change > kEnded) {
       PANELCAL_CHECK(check_cause());
       if (!has_begun && time - last_change < kBegin) continue;
-      return failure(problem("the move ended at " + place_words(now),
+      return failure(problem("the move ended at " + axes_words(now),
                              "the control left to panelcal while it works"));
     }
     if (!is_idle && time - last_change > kHeld) {
-      return failure(reason("the move does not go on from " + place_words(now) +
+      return failure(reason("the move does not go on from " + axes_words(now) +
                             ": feed hold, or an override of 0"));
     }
     if (time > until) {
@@ -286,14 +286,14 @@ Expected<LinuxCncPlace> LinuxCncDrive::move(const std::string& line, const Condi
 
 Expected<LinuxCncPlace> LinuxCncDrive::drive_z(double z_mm) {
   return move("G90 G53 G0 " + word('Z', z_mm), [&](const LinuxCncPlace& at) {
-    return std::abs(at.command_mm.z() - z_mm) <= kSamePlace_mm;
+    return std::abs(at.command_mm.z() - z_mm) <= kReached_mm;
   });
 }
 
 Expected<LinuxCncPlace> LinuxCncDrive::lift() {
   PANELCAL_TRY(LinuxCncPlace now, place());
   const double safe_mm = setting_.safe_z.in_mm();
-  if (now.command_mm.z() >= safe_mm - kSamePlace_mm) return now;
+  if (now.command_mm.z() >= safe_mm - kReached_mm) return now;
   return drive_z(safe_mm);
 }
 
@@ -304,7 +304,7 @@ Expected<LinuxCncPlace> LinuxCncDrive::go(const Eigen::Vector2d& place_mm) {
   return move(
       fmt::format("G90 G53 {} {} {}", how, word('X', place_mm.x()), word('Y', place_mm.y())),
       [&](const LinuxCncPlace& at) {
-        return (at.command_mm.head<2>() - place_mm).cwiseAbs().maxCoeff() <= kSamePlace_mm;
+        return (at.command_mm.head<2>() - place_mm).cwiseAbs().maxCoeff() <= kReached_mm;
       });
 }
 
@@ -325,7 +325,7 @@ Expected<std::optional<double>> LinuxCncDrive::touch(const LinuxCncPlace& above)
            [&](const LinuxCncPlace& at) -> Expected<bool> {
              if (at.command_mm.z() >= from_mm) return false;
              PANELCAL_TRY(is_tripped, is_on("probe_tripped", "1"));
-             return is_tripped || std::abs(at.command_mm.z() - from_mm + depth_mm) <= kSamePlace_mm;
+             return is_tripped || std::abs(at.command_mm.z() - from_mm + depth_mm) <= kReached_mm;
            }));
   if (!is_tripped) return std::optional<double>();
   // Up, by half the way, from #5063: where the command then stands tells #5063, whatever offsets
@@ -335,10 +335,10 @@ Expected<std::optional<double>> LinuxCncDrive::touch(const LinuxCncPlace& above)
   PANELCAL_TRY(const LinuxCncPlace high,
                move(fmt::format("G91 G0 Z[#5063-#5422+{}]", place_text(up_mm / mm_per_word_)),
                     [&](const LinuxCncPlace& at) {
-                      return at.command_mm.z() >= low_mm + up_mm - kSamePlace_mm;
+                      return at.command_mm.z() >= low_mm + up_mm - kReached_mm;
                     }));
   const double touch_mm = high.command_mm.z() - up_mm;
-  if (touch_mm < low_mm - kSamePlace_mm || touch_mm > from_mm + kSamePlace_mm) {
+  if (touch_mm < low_mm - kReached_mm || touch_mm > from_mm + kReached_mm) {
     return failure(
         problem(fmt::format("#5063 says a touch at Z {:.4f}, outside of the probing move "
                             "from {:.4f} to {:.4f}",
@@ -356,7 +356,10 @@ Expected<T> LinuxCncDrive::guarded(const std::function<Expected<T>()>& moves) {
   // M70 and M72 would round the feed.
   PANELCAL_CHECK(order("#<_panelcal_feed>=#<_feed>"));
   PANELCAL_TRY(const std::string status, rest_status());
-  if (status != "IDLE") return failure(reason("it does not execute an MDI line"));
+  if (status != "IDLE") {
+    return failure(
+        reason(status == "PAUSED" ? "it is paused" : "it does not execute an MDI line: feed hold"));
+  }
   Expected<T> out = moves();
   if (out) {
     is_in_motion_ = false;

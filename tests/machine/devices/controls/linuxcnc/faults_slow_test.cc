@@ -13,9 +13,11 @@ namespace {
 constexpr int kFaultsPerKind = 15;
 
 /// A mode that changes between two moves is set again, the right to control is taken at the
-/// beginning, and behind the touch no probe is needed: the job may come to its end.
+/// beginning, some settings are as they should be without an order, and behind the touch no probe
+/// is needed: the job may come to its end.
 bool may_do_no_harm(CncFault fault) {
-  return fault == CncFault::Mode || fault == CncFault::Steal || fault == CncFault::ProbeStuck;
+  return fault == CncFault::Nak || fault == CncFault::Mode || fault == CncFault::Steal ||
+         fault == CncFault::ProbeStuck;
 }
 
 /// Feed hold between two moves looks like another's line that runs.
