@@ -7,6 +7,7 @@
 #include "machine/devices/commands/command_probe.h"
 #include "machine/devices/commands/command_stage.h"
 #include "machine/devices/controls/grbl/grbl.h"
+#include "machine/devices/controls/linuxcnc/linuxcnc.h"
 #include <fmt/format.h>
 
 namespace panelcal {
@@ -67,12 +68,9 @@ Expected<OpenedControl> open_by_driver(const MachineConfig& config) {
     case ControlKind::Grbl:
       return open_grbl(config);
     case ControlKind::LinuxCnc:
-      break;
+      return internal::open_linuxcnc(config);
   }
-  return failure({Code::NotSupported,
-                  {config.file.string(), 0, 0},
-                  "driver = \"linuxcnc\" in [machine]",
-                  "driver = \"grbl\""});
+  return failure({Code::NotSupported, {config.file.string(), 0, 0}, "[machine] driver", ""});
 }
 
 }  // namespace
