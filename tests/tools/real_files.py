@@ -122,7 +122,7 @@ COMMANDS = {
 NO_OUTPUTS = {
     "--address", "--against", "--area", "--at", "--by", "--camera", "--certificate", "--clock", "--explain", "--form", "--format", "--grid",
     "--host-name", "--images", "--key", "--kind", "--ledger", "--log-level", "--machine", "--machine-driver",
-    "--measurements", "--model", "--parameter", "--plate", "--probes", "--program", "--program-format", "--range",
+    "--measurements", "--model", "--parameter", "--plate", "--probes", "--profile", "--program", "--program-format", "--range",
     "--reason", "--seed", "--since", "--slots", "--subject", "--surface", "--to", "--truth",
     "--unit", "--voids-of", "--zero", "--zone", "--zones"}
 OUTPUTS = {"--jobs", "--json", "--linuxcnc", "--output", "--overlay", "--report",
