@@ -41,6 +41,8 @@ Expected<Answer> run_command(const ServeOptions& options, CommandContext& contex
 namespace calibrate {
 Expected<Answer> spindle_camera(const CalibrateOptions& options, CommandContext& context);
 Expected<Answer> camera(const CalibrateOptions& options, CommandContext& context);
+Expected<Answer> camera_import(const CalibrateOptions& options, CommandContext& context);
+Expected<Answer> camera_export(const CalibrateOptions& options, CommandContext& context);
 Expected<Answer> table(const CalibrateOptions& options, CommandContext& context);
 Expected<Answer> surface(const CalibrateOptions& options, CommandContext& context);
 Expected<Answer> focus(const CalibrateOptions& options, CommandContext& context);

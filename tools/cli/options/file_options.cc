@@ -17,12 +17,14 @@ struct Row {
   std::string_view what;  ///< of inputs: "FILE is ..."
 };
 
-constexpr std::array<Row, 30> kFileOptions = {{
+constexpr std::array<Row, 32> kFileOptions = {{
     {"PROGRAM", FileUse::Read, "the program"},
     {"--program", FileUse::Read, "the program"},
     {"GCODE", FileUse::Read, "the program"},
     {"MAP", FileUse::Read, "the map"},
     {"PROBES", FileUse::Read, "a file of probes"},
+    {"MODEL", FileUse::Read, "the camera model"},
+    {"CALIBRATION", FileUse::Read, "the calibration"},
     {"IMAGE", FileUse::Read, "a picture that is looked at"},
     {"PLACE", FileUse::Read, "the list of places"},
     {"-m,--machine", FileUse::Machine, ""},
