@@ -78,6 +78,14 @@ constexpr auto kCommands = std::to_array<CommandRow>({
         "Find scale, rotation, tilt and lens of the camera, from one mark seen all over the "
         "picture",
         pages::kCalibrateCamera),
+    row<CalibrateOptions, add_calibrate_camera_import_options, calibrate::camera_import>(
+        "calibrate camera-import",
+        "Make a calibration of a camera model of OpenCV, ROS or mrcal",
+        pages::kCalibrateCameraImport),
+    row<CalibrateOptions, add_calibrate_camera_export_options, calibrate::camera_export>(
+        "calibrate camera-export",
+        "Write a calibration's lens as a camera model of OpenCV, ROS or mrcal",
+        pages::kCalibrateCameraExport),
     row<CalibrateOptions, add_calibrate_table_options, calibrate::table>(
         "calibrate table",
         "Find scale, squareness, straightness and the error map of the table, from looks at a "

@@ -55,6 +55,8 @@ Expected<Answer> show(const BatchReportOptions& options, CommandContext& context
 namespace calibrate {
 Expected<Answer> spindle_camera(const CalibrateOptions& options, CommandContext& context);
 Expected<Answer> camera(const CalibrateOptions& options, CommandContext& context);
+Expected<Answer> camera_import(const CalibrateOptions& options, CommandContext& context);
+Expected<Answer> camera_export(const CalibrateOptions& options, CommandContext& context);
 Expected<Answer> table(const CalibrateOptions& options, CommandContext& context);
 Expected<Answer> surface(const CalibrateOptions& options, CommandContext& context);
 Expected<Answer> focus(const CalibrateOptions& options, CommandContext& context);

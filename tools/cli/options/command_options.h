@@ -29,6 +29,8 @@ void add_serve_options(CLI::App& command, ServeOptions& o);
 
 void add_calibrate_spindle_camera_options(CLI::App& command, CalibrateOptions& o);
 void add_calibrate_camera_options(CLI::App& command, CalibrateOptions& o);
+void add_calibrate_camera_import_options(CLI::App& command, CalibrateOptions& o);
+void add_calibrate_camera_export_options(CLI::App& command, CalibrateOptions& o);
 void add_calibrate_table_options(CLI::App& command, CalibrateOptions& o);
 void add_calibrate_surface_options(CLI::App& command, CalibrateOptions& o);
 void add_calibrate_focus_options(CLI::App& command, CalibrateOptions& o);

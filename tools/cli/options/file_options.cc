@@ -17,13 +17,15 @@ struct Row {
   std::string_view what;  ///< of inputs: "FILE is ..."
 };
 
-constexpr std::array<Row, 35> kFileOptions = {{
+constexpr std::array<Row, 37> kFileOptions = {{
     {"PROGRAM", FileUse::Read, "the program"},
     {"--program", FileUse::Read, "the program"},
     {"MANIFEST", FileUse::Read, "the manifest"},
     {"GCODE", FileUse::Read, "the program"},
     {"MAP", FileUse::Read, "the map"},
     {"PROBES", FileUse::Read, "a file of probes"},
+    {"MODEL", FileUse::Read, "the camera model"},
+    {"CALIBRATION", FileUse::Read, "the calibration"},
     {"IMAGE", FileUse::Read, "a picture that is looked at"},
     {"RESULTS", FileUse::Read, "the folder of the results"},
     {"PLACE", FileUse::Read, "the list of places"},
