@@ -7,7 +7,7 @@
 
 namespace panelcal {
 
-/// What a CAM system says of a drill file in comments, as Gerber's X2 attributes.
+/// Statements of a CAM system about a drill file, in comments, as Gerber's X2 attributes.
 ///
 /// Source Gerber Layer Format Specification 2022.02, 5.6.3 (.FileFunction), 5.6.10 (.AperFunction);
 ///        KiCad writes them behind `; #@! `

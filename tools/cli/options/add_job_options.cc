@@ -94,9 +94,10 @@ void add_align_options(CLI::App& command, AlignOptions& o) {
                   "Of the fiducials of a Gerber file without X2 attributes, mm")
       ->check(CLI::PositiveNumber);
   command
-      .add_option("--auto",
-                  o.n_best_holes,
-                  "Look at so many of a program's own holes, those that determine all others best")
+      .add_option(
+          "--auto",
+          o.n_best_holes,
+          "Look at this number of a program's own holes, those that determine all others best")
       ->check(CLI::Range(1, 20));
   command.add_option("--panel", o.panel, "Which panel it is, to be kept with the alignment");
   command.add_option("--save-measurements",
