@@ -26,5 +26,6 @@ function(panelcal_library name)
   install(
     TARGETS panelcal_${name}
     EXPORT panelcalTargets
-    FILE_SET HEADERS DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/panelcal")
+    ARCHIVE COMPONENT development
+    FILE_SET HEADERS DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/panelcal" COMPONENT development)
 endfunction()

@@ -60,9 +60,14 @@ test_release() {
 # They take half of the time with sanitizers. .ci/run leaves them out, --nightly does not: statistics
 # of whole nights and plans, whose parts have shorter tests, and what does no more than call programs.
 long_with_sanitizers='^(machine\.(TableNights|TrialNights|SurfaceNights)\.|install\.|demo\.survives_kill)'
-long_with_sanitizers+='|^machine\.(TableRun\.(TheDraft|ALittleMore|AWildLook)|PlatePicturesTest\.GivesTheTables)'
-long_with_sanitizers+='|^surface\.ProbePlan\.(NeedsMore|FindsUnsure|SaysWhatCannot)'
-long_with_sanitizers+='|^calib\.TableSelfCalibration\.StopsBeside|^program\.CarryArc\.(Strong|TheTrueImage)'
+long_with_sanitizers+='|^machine\.(SurfaceFigures\.AreThose|PlatePicturesTest\.GivesTheTables)'
+long_with_sanitizers+='|^machine\.TableRun\.(TheDraft|ALittleMore|AWildLook|FindsTheWarp|ADotsOwn|ALookThatDoesNot|ScatterThat)'
+long_with_sanitizers+='|^surface\.ProbePlan\.(NeedsMore|FindsUnsure|SaysWhatCannot|AsksForNothing|KeepsTheTolerance)'
+long_with_sanitizers+='|^surface\.SurfaceChoice\.RefusesWhereEvery'
+long_with_sanitizers+='|^calib\.TableSelfCalibration\.(StopsBeside|AHalfTurn|AQuarterTurn|WithoutATurn)'
+long_with_sanitizers+='|^calib\.(TableSmoother\.AFlatTable|TableFit\.IsSmoother|ChiSquare\.HidesMore|ModelChoice\.FindsTheModel)'
+long_with_sanitizers+='|^calib\.(SmoothPanel\.Criterion|VisitingOrder\.IsNeverLonger|ChosenRange\.HoldsNine)'
+long_with_sanitizers+='|^program\.CarryArc\.(Strong|TheTrueImage)'
 
 test_sanitized() {
   step "configure with sanitizers" cmake -S "$root" --preset asan
@@ -70,18 +75,27 @@ test_sanitized() {
   run_tests "$root/build/asan" --label-exclude slow "$@"
 }
 
-# The threads that look at pictures; libraries that are not built here are not watched.
+# The threads that look at pictures and do jobs; libraries that are not built here are not watched.
 test_threads() {
   step "configure with thread sanitizer" cmake -S "$root" --preset tsan
   step "build with thread sanitizer" cmake --build "$root/build/tsan" --target panelcal
   step "threads with thread sanitizer" python3 "$root/tests/tools/threads_test.py" \
     "$root/build/tsan/tools/panelcal" "$root"
+  step "batch with thread sanitizer" python3 "$root/tests/tools/batch_test.py" \
+    "$root/build/tsan/tools/panelcal" "$root" 0
 }
 
 # Other builds compile many sources as one, which hides what a source forgets to include.
 test_sources() {
   step "configure without unity" cmake -S "$root" --preset debug
   step "every source by itself" cmake --build "$root/build/debug" --target panelcal
+}
+
+# As root: a minimal Debian is made in a folder.
+test_packages() {
+  "$root/tools/package.sh"
+  step "packages in a minimal Debian" "$root/tests/package/minimal_tree_test.sh" \
+    "$build_dir/packages" "$root" "$root/out/package"
 }
 
 summary=()
@@ -111,6 +125,7 @@ test_all() {
   stage "sources" test_sources
   stage "tests with sanitizers" test_sanitized "$@"
   stage "threads" test_threads
+  stage "Debian packages" test_packages
   stage "fuzzing" step "fuzz each reader for ten minutes" "$root/tools/fuzz.sh" 600
   printf '\nsummary\n'
   printf '%s\n' "${summary[@]}"

@@ -2,6 +2,7 @@
 // Reads the facts of the page and shows them by the view of their kind.
 import { element } from "./base/dom.js";
 import { language, speak, word } from "./base/words.js";
+import { batchView } from "./views/batch.js";
 import { calibrationView } from "./views/calibration.js";
 import { historyView } from "./views/history.js";
 import { jobView } from "./views/job.js";
@@ -16,6 +17,7 @@ import { surfaceView } from "./views/surface.js";
 
 /** @type {View[]} */
 const views = [
+  batchView,
   calibrationView,
   historyView,
   jobView,

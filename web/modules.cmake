@@ -28,6 +28,7 @@ set(PANELCAL_WEB_MODULES
     views/calibration.js
     views/history.js
     views/night.js
+    views/batch.js
     main.js)
 
 # The operator's screen: what it needs of the same modules, and its own.

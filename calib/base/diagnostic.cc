@@ -16,17 +16,23 @@ constexpr std::array kCatalogue = {
 #include "calib/base/diagnostic_codes.def"
 };
 
+/// Number of letters that are replaced, inserted, left out or swapped with their neighbour (the
+/// "optimal string alignment" of Damerau, Communications of the ACM 7 (1964) 171).
 std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
+  std::vector<std::size_t> before, above(b.size() + 1), row(b.size() + 1);
+  std::iota(above.begin(), above.end(), std::size_t{0});
   for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = std::exchange(row[0], i + 1);
+    row[0] = i + 1;
     for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t replace = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = std::exchange(row[j + 1], std::min({replace, row[j] + 1, row[j + 1] + 1}));
+      const std::size_t replace = above[j] + (a[i] == b[j] ? 0 : 1);
+      row[j + 1] = std::min({replace, row[j] + 1, above[j + 1] + 1});
+      if (i > 0 && j > 0 && a[i] == b[j - 1] && a[i - 1] == b[j]) {
+        row[j + 1] = std::min(row[j + 1], before[j - 1] + 1);
+      }
     }
+    before = std::exchange(above, row);
   }
-  return row.back();
+  return above.back();
 }
 
 void append_hex(std::string& out, unsigned char byte) {

@@ -24,7 +24,7 @@ struct AlignmentInput {
   friend bool operator==(const AlignmentInput&, const AlignmentInput&) = default;
 };
 
-/// What the pads' fit has found, for people and other programs: panelcal itself fits anew, from the
+/// The numbers of the pads' fit, for people and other programs: panelcal itself fits anew, from the
 /// measurements, and holds that against this.
 struct AlignmentFit {
   std::string model;
@@ -59,8 +59,8 @@ struct AlignmentCheck {
 struct Alignment {
   std::string file;  ///< as diagnostics name it; not in the file itself
   std::string made_by;
-  std::string machine;              ///< [machine] name
-  std::string panel;                ///< which one, in the words of who measured it; may be empty
+  std::string machine;  ///< [machine] name
+  std::string panel;    ///< the panel's name, in the words of who measured it; may be empty
   std::chrono::sys_seconds time{};  ///< UTC, of the measurement
   std::string by;
   std::string source;  ///< of the measurements, in words
@@ -73,12 +73,12 @@ struct Alignment {
   std::string held;  ///< the reason why nothing may be drilled by it; empty: it may
   std::vector<AlignmentCheck> checks;
 
-  /// When the panel was last seen to lie there.
+  /// Time at which the panel was last seen to lie there.
   std::chrono::sys_seconds last_seen() const;
 };
 
 /// Reads an alignment, strictly: unknown and missing keys, wrong types, numbers of pads that
-/// differ, covariances that are none and times that run backwards are refused.
+/// differ, covariances that are not positive definite and times that run backwards are refused.
 ///
 /// Fails  file-unreadable; json-syntax; calibration-invalid; measurement-file; measurement-invalid
 /// See    docs/formats/json_files.md; tests/machine/align/alignment_test.cc

@@ -16,11 +16,11 @@
 
 namespace panelcal {
 
-/// How pads are looked for in a file.
+/// Terms on which pads are looked for in a file.
 struct PadChoice {
   std::optional<int> vision_tool;   ///< absent: the only one, or the one of the pads' size
   std::optional<Length> diameter;   ///< of round flashes that no attribute names
-  std::optional<int> n_best_holes;  ///< so many of a program's holes, in place of its targets
+  std::optional<int> n_best_holes;  ///< number of a program's holes, in place of its targets
   ReadingTerms reading;             ///< of a program
   /// Told of a program that was read; a failure ends the reading. May be empty.
   std::function<Expected<void>(const Program&)> read;

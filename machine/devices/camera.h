@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -13,10 +14,12 @@ namespace panelcal {
 
 /// The settings of a picture besides the place.
 enum class CameraSetting : std::uint8_t {
-  Lamp,   ///< as `$uvis,lamp` writes it
-  Zoom,   ///< as `$uvis,zoom` writes it
-  Focus,  ///< height of the focus axis, mm
+  Lamp,      ///< as `$uvis,lamp` writes it
+  Zoom,      ///< as `$uvis,zoom` writes it
+  Focus,     ///< height of the focus axis, mm
+  Exposure,  ///< us
 };
+inline constexpr std::size_t kCameraSettings = 4;
 
 constexpr std::string_view name(CameraSetting setting) {
   switch (setting) {
@@ -26,6 +29,8 @@ constexpr std::string_view name(CameraSetting setting) {
       return "zoom";
     case CameraSetting::Focus:
       return "focus";
+    case CameraSetting::Exposure:
+      return "exposure";
   }
   return "";
 }
@@ -59,6 +64,8 @@ class CameraDevice {
 
   /// Few cameras have a lamp, a zoom or a focus of their own.
   virtual bool can_set(CameraSetting /*setting*/) const { return false; }
+  /// The value in force; absent where the camera does not tell it.
+  virtual std::optional<double> value(CameraSetting /*setting*/) const { return std::nullopt; }
   /// Fails  not-supported (see can_set); device errors
   virtual Expected<void> set(CameraSetting setting, double /*value*/) {
     return failure({Code::NotSupported,

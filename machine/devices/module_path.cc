@@ -15,7 +15,8 @@ std::string module_path(std::string_view file) {
   for (const fs::path& path : {program / file, beside, fs::path(PANELCAL_MODULE_FOLDER) / file}) {
     if (path.is_absolute() && fs::exists(path, error)) return path.string();
   }
-  return beside.string();
+  // Without /proc the program does not know where it lies.
+  return (program.empty() ? fs::path(PANELCAL_MODULE_FOLDER) / file : beside).string();
 }
 
 }  // namespace panelcal::internal

@@ -94,7 +94,7 @@ std::optional<std::string> camera_pose_words(const Survey& survey) {
   std::size_t n_refused = 0;
   std::size_t common = 0;
   for (const SeriesResult& series : survey.series) {
-    if (series.is_accepted()) continue;
+    if (series.is_accepted() || series.is_left_out) continue;
     const std::vector<SeenTarget> targets = targets_of(series, survey);
     if (targets.size() < kMinTargets) continue;
     const std::size_t pose = best_pose(targets);

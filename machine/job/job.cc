@@ -37,6 +37,12 @@ class ProgressTargets final : public MeasurementSource {
     if (measurement) answers_.push_back(*measurement);
     return measurement;
   }
+  bool reconsiders() const override { return source_.reconsiders(); }
+  Expected<std::optional<Measurement>> reconsider(const Contradiction& contradiction) override {
+    PANELCAL_TRY(const std::optional<Measurement> anew, source_.reconsider(contradiction));
+    if (anew) answers_[static_cast<std::size_t>(anew->request.seq)] = *anew;
+    return anew;
+  }
   Expected<std::optional<FocusResult>> focus(const MeasurementRequest& request) override {
     progress_(fmt::format("focusing ({}, line {})", request.command, request.line));
     return source_.focus(request);

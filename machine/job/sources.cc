@@ -2,13 +2,15 @@
 #include "machine/job/sources.h"
 
 #include <algorithm>
+#include <functional>
+#include <optional>
 #include <type_traits>
 #include <utility>
 
 #include "calib/base/amount.h"
 #include "machine/devices/cameras/without_password.h"
-#include "machine/devices/commands/command_probe.h"
 #include "machine/devices/commands/command_spindle.h"
+#include "machine/devices/controls/control.h"
 #include "machine/look/camera_views.h"
 #include "machine/sim/sim_machine.h"
 #include "machine/sim/simulated_probe.h"
@@ -95,9 +97,28 @@ bool drills_coupon(const Survey& nominal) {
   });
 }
 
+/// What drives the machine, opened once, when it is needed first.
+class ControlOnDemand {
+ public:
+  explicit ControlOnDemand(const MachineConfig& machine) : machine_(&machine) {}
+  Expected<OpenedControl> operator()() {
+    if (!opened_) {
+      PANELCAL_TRY(opened_, open_control(*machine_));
+    }
+    return *opened_;
+  }
+  /// Empty: it was not opened, or is no control.
+  std::string words() const { return opened_ ? opened_->words : std::string(); }
+
+ private:
+  const MachineConfig* machine_;
+  std::optional<OpenedControl> opened_;
+};
+
 Expected<OpenTargets> open_camera(const SourceChoice& choice,
                                   const MachineConfig& machine,
-                                  const Survey& nominal) {
+                                  const Survey& nominal,
+                                  ControlOnDemand& control) {
   Prompt prompt;
   if (machine.coupon && machine.coupon->has_entry_material && drills_coupon(nominal)) {
     if (!choice.prompt) {
@@ -108,14 +129,17 @@ Expected<OpenTargets> open_camera(const SourceChoice& choice,
     }
     PANELCAL_TRY(prompt, choice.prompt());
   }
-  PANELCAL_TRY(std::unique_ptr<CameraViews> views, open_camera_views(machine, choice.camera));
+  PANELCAL_TRY(std::unique_ptr<CameraViews> views,
+               open_camera_views(machine, choice.camera, std::ref(control)));
   CameraViews* const eye = views.get();
   const CameraDevice& camera = eye->camera();
   auto spindle = std::make_unique<CommandSpindle>(machine.stage.drill, machine.stage.limit);
   Expected<LiveSource> source = LiveSource::create(
       machine, std::move(views), std::move(spindle), std::move(prompt), choice.observer);
   if (source) source->set_taken_by(choice.taken_by);
-  PANELCAL_TRY(OpenTargets open, opened(std::move(source), "the camera " + camera.name()));
+  std::string words = "the camera " + camera.name();
+  if (!control.words().empty()) words += " on " + control.words();
+  PANELCAL_TRY(OpenTargets open, opened(std::move(source), std::move(words)));
   // Both live as long as the source.
   open.eye = eye;
   open.remark = [&camera] {
@@ -128,7 +152,8 @@ Expected<OpenTargets> open_camera(const SourceChoice& choice,
 
 Expected<OpenTargets> open_targets(const SourceChoice& choice,
                                    const MachineConfig& machine,
-                                   const Survey& nominal) {
+                                   const Survey& nominal,
+                                   ControlOnDemand& control) {
   const std::size_t n_targets = nominal.measurements.size();
   if (choice.uncorrected) return OpenTargets{std::make_shared<NoTargets>(), ""};
   if (!choice.images.empty()) {
@@ -142,7 +167,8 @@ Expected<OpenTargets> open_targets(const SourceChoice& choice,
     return OpenTargets{std::make_shared<MeasurementFileSource>(std::move(recorded)),
                        "recorded measurements in " + choice.measurements};
   }
-  if (!choice.camera.empty() && n_targets > 0) return open_camera(choice, machine, nominal);
+  if (!choice.camera.empty() && n_targets > 0)
+    return open_camera(choice, machine, nominal, control);
   if (choice.machine_driver == "sim" && (n_targets > 0 || !machine.sim)) {
     Expected<SimMachine> source = SimMachine::create(machine, nominal, choice.observer);
     if (source) source->set_taken_by(choice.taken_by);
@@ -157,7 +183,8 @@ Expected<OpenTargets> open_targets(const SourceChoice& choice,
 
 Expected<OpenProbes> open_probes(const SourceChoice& choice,
                                  const MachineConfig& machine,
-                                 const Survey& nominal) {
+                                 const Survey& nominal,
+                                 ControlOnDemand& control) {
   if (!choice.probes.empty()) {
     PANELCAL_TRY(RecordedProbes recorded, read_probes(choice.probes));
     return OpenProbes{std::make_shared<ProbeFileSource>(std::move(recorded)),
@@ -175,15 +202,17 @@ Expected<OpenProbes> open_probes(const SourceChoice& choice,
     PANELCAL_TRY(SimulatedProbe probe, SimulatedProbe::create(machine.sim->surface));
     return OpenProbes{std::make_shared<SimulatedProbe>(std::move(probe)), words_of_sim(machine)};
   }
-  if (!choice.camera.empty() && !machine.stage.probe.empty()) {
-    return OpenProbes{std::make_shared<CommandProbe>(machine.stage), "the machine's probe"};
+  if (!choice.camera.empty() && machine.can_probe()) {
+    PANELCAL_TRY(const OpenedControl opened, control());
+    return OpenProbes{opened.probe, "the machine's probe"};
   }
-  return failure({Code::Usage,
-                  {choice.command, 0, 0},
-                  fmt::format("the program probes the surface at {}, and there is no source of "
-                              "readings",
-                              amount(n_probes, "place")),
-                  "--probes, --machine-driver, or --camera with [machine] probe_command"});
+  return failure(
+      {Code::Usage,
+       {choice.command, 0, 0},
+       fmt::format("the program probes the surface at {}, and there is no source of "
+                   "readings",
+                   amount(n_probes, "place")),
+       "--probes, --machine-driver, or --camera with [machine] probe_command or driver"});
 }
 
 std::string source_words(const OpenTargets& targets, const OpenProbes& probes) {
@@ -198,8 +227,9 @@ Expected<JobSources> open_sources(const SourceChoice& choice,
                                   const MachineConfig& machine,
                                   const Survey& nominal) {
   PANELCAL_CHECK(check_correction_is_meant(choice, nominal));
-  PANELCAL_TRY(const OpenProbes probes, open_probes(choice, machine, nominal));
-  PANELCAL_TRY(const OpenTargets targets, open_targets(choice, machine, nominal));
+  ControlOnDemand control(machine);
+  PANELCAL_TRY(const OpenProbes probes, open_probes(choice, machine, nominal, control));
+  PANELCAL_TRY(const OpenTargets targets, open_targets(choice, machine, nominal, control));
   return JobSources{
       targets.source, probes.source, source_words(targets, probes), targets.remark, targets.eye};
 }

@@ -8,7 +8,6 @@
 #include "calib/base/interruption.h"
 #include "machine/devices/cameras/camera_uri.h"
 #include "machine/devices/cameras/patient_camera.h"
-#include "machine/devices/commands/command_stage.h"
 #include "machine/devices/table_stage.h"
 #include <fmt/format.h>
 
@@ -36,12 +35,15 @@ Expected<CameraViews::Settings> CameraViews::settings_for(const MeasurementReque
   // After an `$uvis,focus` that found nothing the axis stands at the last height tried.
   const std::optional<Length> focus_z = view.focus_z ? view.focus_z : stated_.focus;
   if (focus_z) wanted.emplace_back(CameraSetting::Focus, focus_z->in_mm());
+  const std::optional<double>& asked_us = request.settings.exposure_us;
+  const std::optional<double> exposure_us = asked_us ? asked_us : usual_exposure_us_;
+  if (exposure_us) wanted.emplace_back(CameraSetting::Exposure, *exposure_us);
   std::erase_if(wanted, [this](const auto& one) {
     const auto known = set_.find(one.first);
     return known != set_.end() && known->second == one.second;
   });
   for (const auto& [setting, value] : wanted) {
-    if (camera_->can_set(setting) || stage_->can_set(setting)) continue;
+    if (can_set(setting)) continue;
     return failure({Code::ConfigValue,
                     {camera_->name(), 0, 0},
                     fmt::format("{} target {} (line {}) asks for {} {}, which this camera does not "
@@ -58,6 +60,9 @@ Expected<CameraViews::Settings> CameraViews::settings_for(const MeasurementReque
 
 Expected<void> CameraViews::set(const Settings& settings) {
   for (const auto& [setting, value] : settings) {
+    if (setting == CameraSetting::Exposure && !usual_exposure_us_) {
+      usual_exposure_us_ = camera_->value(setting);
+    }
     set_.erase(setting);
     is_settled_ = false;
     PANELCAL_CHECK(camera_->can_set(setting) ? camera_->set(setting, value)
@@ -91,8 +96,10 @@ Expected<TakenPicture> CameraViews::take(const MeasurementRequest& request, cons
   return TakenPicture{std::move(image), offset_.optical_axis(standing_), "", camera_->name()};
 }
 
-Expected<std::unique_ptr<CameraViews>> open_camera_views(const MachineConfig& config,
-                                                         std::string_view camera_uri) {
+Expected<std::unique_ptr<CameraViews>> open_camera_views(
+    const MachineConfig& config,
+    std::string_view camera_uri,
+    const std::function<Expected<OpenedControl>()>& control) {
   // Before a device is touched.
   PANELCAL_CHECK(parse_camera_uri(camera_uri));
   const Place place{config.file.string(), 0, 0};
@@ -102,21 +109,22 @@ Expected<std::unique_ptr<CameraViews>> open_camera_views(const MachineConfig& co
                     "there is no [camera], so that pictures cannot be brought to mm",
                     "[camera] calibration"});
   }
-  if (config.stage.move.empty()) {
+  if (!config.can_move()) {
     return failure(
         {Code::ConfigValue,
          place,
-         "there is no [machine] stage_command that drives the camera to a target",
-         "stage_command = [\"PROGRAM\", \"{x}\", \"{y}\"], or --images for pictures that "
-         "are already taken"});
+         "there is no [machine] driver or stage_command that drives the camera to a target",
+         "driver = \"grbl\", stage_command = [\"PROGRAM\", \"{x}\", \"{y}\"], or --images for "
+         "pictures that are already taken"});
   }
   PANELCAL_TRY(std::unique_ptr<CameraDevice> camera,
                open_patient_camera(camera_uri, config.camera_patience));
-  auto views = std::make_unique<CameraViews>(
-      config.spindle_camera,
-      std::move(camera),
-      measuring_stage(std::make_shared<CommandStage>(config.stage), config.walk.table),
-      config.settle);
+  PANELCAL_TRY(OpenedControl opened, control ? control() : open_control(config));
+  auto views =
+      std::make_unique<CameraViews>(config.spindle_camera,
+                                    std::move(camera),
+                                    measuring_stage(std::move(opened.stage), config.walk.table),
+                                    config.settle);
   views->set_stated(config.vision);
   return views;
 }

@@ -13,6 +13,7 @@
 #include "calib/correction/spindle_camera.h"
 #include "machine/config/machine_config.h"
 #include "machine/devices/camera.h"
+#include "machine/devices/controls/control.h"
 #include "machine/devices/stage.h"
 #include "machine/look/view_taker.h"
 
@@ -43,6 +44,13 @@ class CameraViews final : public ViewTaker {
   /// Fails  config-value (a lamp, zoom or focus is asked for that neither the camera nor the stage
   ///        can set); device-stage; device-frame
   Expected<TakenPicture> take(const MeasurementRequest& request, const View& view) override;
+
+  bool can_set(CameraSetting setting) const override {
+    return camera_->can_set(setting) || stage_->can_set(setting);
+  }
+  std::optional<double> exposure_us() const override {
+    return camera_->value(CameraSetting::Exposure);
+  }
 
   const CameraDevice& camera() const { return *camera_; }
 
@@ -77,6 +85,7 @@ class CameraViews final : public ViewTaker {
   Wait wait_;
   VisionOptions stated_;                               ///< its lamp and focus
   std::map<CameraSetting, double> set_;                ///< the last values
+  std::optional<double> usual_exposure_us_;            ///< before a request asked for another
   std::optional<Position<frame::Machine>> commanded_;  ///< place to which the spindle was sent last
   Position<frame::Machine> standing_;                  ///< and where it stands
   bool is_settled_ = false;
@@ -84,8 +93,11 @@ class CameraViews final : public ViewTaker {
 
 /// The camera and the stage of a machine file.
 ///
-/// Fails  config-value (no [camera], no [machine] stage_command); what open_camera reports
-Expected<std::unique_ptr<CameraViews>> open_camera_views(const MachineConfig& config,
-                                                         std::string_view camera_uri);
+/// In     control: gives what open_control has opened; empty: it is opened here
+/// Fails  config-value (no [camera], nothing drives the stage); what open_camera and control report
+Expected<std::unique_ptr<CameraViews>> open_camera_views(
+    const MachineConfig& config,
+    std::string_view camera_uri,
+    const std::function<Expected<OpenedControl>()>& control = {});
 
 }  // namespace panelcal

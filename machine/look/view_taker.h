@@ -8,6 +8,7 @@
 #include "calib/base/expected.h"
 #include "calib/base/frames.h"
 #include "calib/base/units.h"
+#include "machine/devices/camera.h"
 #include "program/model/measurement.h"
 #include "vision/fit/detection.h"
 #include "vision/picture/image.h"
@@ -47,10 +48,14 @@ struct View {
 class ViewTaker {
  public:
   virtual ~ViewTaker() = default;
-  /// Lamp and zoom are those of the request's settings.
+  /// Lamp, zoom and exposure are those of the request's settings.
   ///
   /// Fails  picture-missing (recorded pictures: none was taken there); device errors
   virtual Expected<TakenPicture> take(const MeasurementRequest& request, const View& view) = 0;
+  /// Requests can set it.
+  virtual bool can_set(CameraSetting /*setting*/) const { return false; }
+  /// Of the next picture, us; absent where the camera does not tell it.
+  virtual std::optional<double> exposure_us() const { return std::nullopt; }
 };
 
 }  // namespace panelcal

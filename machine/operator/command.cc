@@ -17,8 +17,8 @@ namespace panelcal::internal {
 namespace {
 
 constexpr const char* kCommand = "command";
-constexpr std::array<std::string_view, 7> kChoiceNames = {
-    "again", "search", "candidate", "hand", "skip", "leave_board_out", "stop"};
+constexpr std::array<std::string_view, 9> kChoiceNames = {
+    "again", "search", "candidate", "hand", "skip", "leave_board_out", "keep", "done", "stop"};
 constexpr std::array<std::string_view, 10> kOrderNames = {
     "open", "close", "start", "resume", "stop", "answer", "jog", "write", "calibrate", "roll_back"};
 /// Longer names and reasons say nothing more.
@@ -130,8 +130,7 @@ Expected<Answer> read_answer(const Members& members) {
   }
   PANELCAL_CHECK(members.check_keys({"do", "question", "choice", "lamp", "exposure"}));
   if (members.has("exposure")) {
-    return failure(refused("exposure: no camera takes it while a job runs",
-                           "lamp, or the exposure in the camera's address"));
+    PANELCAL_TRY(answer.exposure_us, members.number("exposure"));
   }
   if (members.has("lamp")) {
     PANELCAL_TRY(answer.lamp, members.number("lamp"));

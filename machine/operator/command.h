@@ -12,8 +12,18 @@
 
 namespace panelcal::internal {
 
-/// The decision of a person about a target that was not found.
-enum class Choice : std::uint8_t { Again, Search, Candidate, Hand, Skip, LeaveBoardOut, Stop };
+/// The decision of a person about a target that was not found, or that its series contradicts.
+enum class Choice : std::uint8_t {
+  Again,
+  Search,
+  Candidate,
+  Hand,
+  Skip,
+  LeaveBoardOut,
+  Keep,  ///< a target that its series contradicts: the gates hold the job
+  Done,  ///< the thing that the person was asked to do
+  Stop,
+};
 std::string_view name(Choice choice);
 std::optional<Choice> choice_from_name(std::string_view name);
 
@@ -25,6 +35,7 @@ struct Answer {
   std::optional<std::size_t> index;      ///< Candidate
   std::optional<std::uint64_t> frame;    ///< Search, Hand: the number of that picture
   std::optional<double> lamp;            ///< Again
+  std::optional<double> exposure_us;     ///< Again
   std::string who;
 };
 
@@ -54,8 +65,7 @@ struct Command {
 
 /// Reads {"do": ...} as the operator's screen writes it.
 ///
-/// Fails  json-syntax; usage (an unknown word or key, a key that is missing or of another type; a
-///        setting that no camera of ours has)
+/// Fails  json-syntax; usage (an unknown word or key, a key that is missing or of another type)
 /// See    tests/machine/operator/command_test.cc
 Expected<Command> parse_command(std::string_view json, const std::string& who);
 

@@ -210,6 +210,17 @@ Expected<void> JobFolder::append(const Measurement& measurement) {
   return append_line(measurements_fd_, file(kMeasurementsName), to_json(measurement));
 }
 
+Expected<void> JobFolder::replace(const Measurement& measurement) {
+  std::string lines;
+  for (const Measurement& one : measurements()) {
+    lines += to_json(one.request.seq == measurement.request.seq ? measurement : one) + "\n";
+  }
+  PANELCAL_CHECK(write_file(file(kMeasurementsName), lines));
+  ::close(std::exchange(measurements_fd_, -1));
+  PANELCAL_TRY(measurements_fd_, open_journal(file(kMeasurementsName)));
+  return {};
+}
+
 Expected<void> JobFolder::append(const JobChoice& choice) {
   Json json;
   json["seq"] = choice.seq;

@@ -66,6 +66,8 @@ class JobFolder {
   /// Fails  device-write, as the following
   Expected<void> append(const Measurement& measurement);
   Expected<void> append(const JobChoice& choice);
+  /// Takes the place of the target's earlier one, at once and for good.
+  Expected<void> replace(const Measurement& measurement);
   /// All targets are measured anew, with what the record says of program, machine and source.
   Expected<void> begin_anew(JobRecord record);
   Expected<void> set_state(JobState state);

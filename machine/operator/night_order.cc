@@ -45,10 +45,65 @@ Expected<void> require_ledger(const MachineConfig& config) {
                   "[ledger] file, and a calibration that it knows"});
 }
 
+Expected<void> check_stop(const Desk& desk) {
+  if (!desk.must_stop()) return {};
+  return failure({Code::Interrupted, {"panelcal serve", 0, 0}, "a person has stopped it", ""});
+}
+
+/// A camera until a person stops the calibration, which then ends as where a device fails.
+class StoppedCamera final : public CameraDevice {
+ public:
+  StoppedCamera(CameraDevice& camera, const Desk& desk) : camera_(camera), desk_(desk) {}
+
+  Expected<Image> take() override {
+    PANELCAL_CHECK(check_stop(desk_));
+    return camera_.take();
+  }
+  std::string name() const override { return camera_.name(); }
+  std::optional<PictureSize> size() const override { return camera_.size(); }
+  int n_retaken() const override { return camera_.n_retaken(); }
+  bool can_set(CameraSetting setting) const override { return camera_.can_set(setting); }
+  std::optional<double> value(CameraSetting setting) const override {
+    return camera_.value(setting);
+  }
+  Expected<void> set(CameraSetting setting, double value) override {
+    return camera_.set(setting, value);
+  }
+
+ private:
+  CameraDevice& camera_;
+  const Desk& desk_;
+};
+
+/// The same of the spindle.
+class StoppedSpindle final : public Spindle {
+ public:
+  StoppedSpindle(Spindle& spindle, const Desk& desk) : spindle_(spindle), desk_(desk) {}
+
+  bool can_drill() const override { return spindle_.can_drill(); }
+  Expected<void> drill(int tool) override {
+    PANELCAL_CHECK(check_stop(desk_));
+    return spindle_.drill(tool);
+  }
+
+ private:
+  Spindle& spindle_;
+  const Desk& desk_;
+};
+
+/// A warm-up waits for minutes.
+void wait_unless_stopped(const CalibrationDevices& devices, Time time, const Desk& desk) {
+  constexpr Time kPiece = seconds(0.5);
+  for (Time left = time; left > seconds(0) && !desk.must_stop(); left = left - kPiece) {
+    if (devices.wait) devices.wait(std::min(left, kPiece));
+  }
+}
+
 Expected<NightRecord> calibrate(const StationSettings& settings,
                                 const std::string& kind,
                                 const std::string& who,
-                                std::function<void(std::string_view)> progress) {
+                                std::function<void(std::string_view)> progress,
+                                const Desk& desk) {
   PANELCAL_TRY(MachineConfig config, machine_with_nights(settings));
   NightlyConfig nightly = *config.nightly;
   if (kind != kNight) nightly.calibrate = {kind};
@@ -58,9 +113,21 @@ Expected<NightRecord> calibrate(const StationSettings& settings,
   PANELCAL_TRY(const DeviceSet devices,
                settings.camera.empty() ? DeviceSet::simulated(config, settings.clock())
                                        : DeviceSet::live(config, settings.camera));
+  const CalibrationDevices all = devices.devices();
+  StoppedCamera camera(all.camera, desk);
+  StoppedSpindle spindle(all.spindle, desk);
+  CalibrationDevices stopped = {all.stage,
+                                spindle,
+                                camera,
+                                [&](Time time) { wait_unless_stopped(all, time, desk); },
+                                all.prompt,
+                                all.observer,
+                                all.now,
+                                all.probe,
+                                all.taken_by};
   return run_nightly({.config = config,
                       .nightly = nightly,
-                      .devices = devices.devices(),
+                      .devices = std::move(stopped),
                       .clock = settings.clock,
                       .software = settings.software,
                       .asked_by = who,
@@ -99,7 +166,7 @@ void run_calibration(const StationSettings& settings,
       if (lines.size() < kMaxLines) lines.emplace_back(line);
     });
   };
-  const Expected<NightRecord> record = calibrate(settings, kind, who, add);
+  const Expected<NightRecord> record = calibrate(settings, kind, who, add, desk);
   bool has_page = false;
   if (record && settings.night_page) {
     const std::filesystem::path folder = settings.jobs_folder / kNight;

@@ -27,6 +27,7 @@ ScreenTarget waiting_target(const MeasurementRequest& request) {
 }
 
 std::string series_words(const SeriesResult& series) {
+  if (series.is_left_out) return "board left out";
   if (!series.is_fitted()) return "no fit";
   return fmt::format("{}, {}", series.model_text(), series.is_accepted() ? "accepted" : "refused");
 }

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -26,6 +27,9 @@
 
 namespace panelcal::internal {
 namespace {
+
+constexpr std::string_view kUnnamedOutput = "the corrected program";
+constexpr std::chrono::milliseconds kPersonInterval{60'000};
 
 using Rows = std::vector<std::pair<std::string, std::string>>;
 
@@ -132,9 +136,61 @@ class OperatedJob {
                   keep_(seen);
                   scale_.add(seen.detection);
                 },
+            .prompt = [this]() -> Expected<Prompt> {
+              return Prompt([this](std::string_view what) { return have_done(what); });
+            },
             .taken_by = {settings_.clock, order_.who, settings_.software, [this] {
                            return check_noted_heads(opened_.machine);
                          }}};
+  }
+
+  /// Asks a person to do something, and waits until it is done.
+  Expected<void> have_done(std::string_view what) {
+    ScreenQuestion question;
+    question.id = ++n_asked_;
+    question.reason = std::string(what);
+    question.choices = {"done", "stop"};
+    desk_.change([&](Screen& screen) {
+      screen.job->state = JobState::Asking;
+      screen.job->question = std::move(question);
+    });
+    while (true) {
+      const Desk::Word word = desk_.wait_for_word(kPersonInterval);
+      if (word.must_stop) return failure(stopped());
+      if (!word.answer) continue;
+      return folder_->append(JobChoice{
+          -1, "done: " + std::string(what), word.answer->who, iso_8601(settings_.clock())});
+    }
+  }
+
+  /// The first error of a check of the program where these measurements are of left-out boards.
+  std::string why_not_leave_out(const std::set<std::size_t>& left_out) const {
+    class Panel final : public MeasurementSource {
+     public:
+      explicit Panel(const std::set<std::size_t>& left_out) : left_out_(left_out) {}
+      Expected<Measurement> measure(const MeasurementRequest& request) override {
+        PANELCAL_TRY(Measurement out, NominalSource().measure(request));
+        const bool is_out = request.is_of_left_out_board ||
+                            left_out_.contains(static_cast<std::size_t>(request.seq));
+        if (is_out) out.status = MeasurementStatus::BoardLeftOut;
+        return out;
+      }
+
+     private:
+      const std::set<std::size_t>& left_out_;
+    } panel(left_out);
+    WalkOptions options = opened_.machine.walk;
+    options.base_limits = options.nested_limits = {};
+    options.fitted = {};
+    DiagnosticLog log;
+    const Survey survey = panelcal::survey(opened_.job.program, options, panel, log);
+    for (const Diagnostic& problem : log.kept()) {
+      if (problem.severity() == Severity::Error) return problem.message();
+    }
+    const auto is_drilled = [](const SeriesResult& series) {
+      return !series.path.empty() && !series.is_left_out;
+    };
+    return std::ranges::any_of(survey.series, is_drilled) ? "" : "no board would be left";
   }
 
   Expected<JobSources> open_source(const Survey& nominal) {
@@ -143,19 +199,20 @@ class OperatedJob {
     const auto counted = held_measurements(*sources.targets);
     if (!counted) return failure(counted.error());
     const bool is_excellon = opened_.job.program.dialect == Dialect::Excellon;
+    const OperatorSource::Station station{
+        .desk = desk_,
+        .folder = *folder_,
+        .feed = *feed_,
+        .machine = opened_.machine,
+        .nominal = nominal_,
+        .clock = settings_.clock,
+        .n_questions = n_asked_,
+        .may_skip = is_excellon,
+        .may_jog = settings_.images.empty(),
+        .is_live = !settings_.camera.empty(),
+        .why_not_leave_out = [this](const auto& left_out) { return why_not_leave_out(left_out); }};
     sources.targets =
-        std::make_shared<OperatorSource>(OperatorSource::Station{desk_,
-                                                                 *folder_,
-                                                                 *feed_,
-                                                                 opened_.machine,
-                                                                 nominal_,
-                                                                 settings_.clock,
-                                                                 is_excellon,
-                                                                 settings_.images.empty(),
-                                                                 !settings_.camera.empty()},
-                                         sources.targets,
-                                         sources.eye,
-                                         *counted);
+        std::make_shared<OperatorSource>(station, sources.targets, sources.eye, *counted);
     return sources;
   }
 
@@ -235,6 +292,7 @@ class OperatedJob {
     input.program_file = order_.program;
     input.machine_name = opened_.machine.name;
     input.output_file = result.is_committed ? "output" : "";
+    input.output_words = kUnnamedOutput;
     input.common_scale = scale_.words().value_or("");
     input.pictures = std::move(pictures_.by_seq);
     input.diagnostics = log_.kept();
@@ -314,6 +372,7 @@ class OperatedJob {
   Rows provenance_;
   std::string verdict_;
   std::optional<std::int64_t> n_holes_;
+  int n_asked_ = 0;      ///< questions so far
   bool counts_ = false;  ///< what was measured before the interruption
 };
 
@@ -338,7 +397,8 @@ ScreenJob shown_of(const StationSettings& settings, const JobFolder& folder) {
   }
   if (is_cut_off(record)) return job;
   std::error_code ignored;
-  job.verdict = ScreenVerdict{record.state == JobState::Done, record.verdict};
+  job.verdict = ScreenVerdict{record.state == JobState::Done,
+                              with_output_name(record.verdict, record.outputs)};
   job.has_facts = std::filesystem::exists(folder.file("facts.json"), ignored);
   job.has_report = std::filesystem::exists(folder.file("report.html"), ignored);
   job.outputs = record.outputs;
@@ -369,6 +429,12 @@ std::optional<ScreenJob> last_job(const StationSettings& settings) {
     }
   }
   return last;
+}
+
+std::string with_output_name(std::string verdict, const std::vector<std::string>& outputs) {
+  const auto at = verdict.find(kUnnamedOutput);
+  if (at == std::string::npos || outputs.empty()) return verdict;
+  return verdict.replace(at, kUnnamedOutput.size(), outputs.back());
 }
 
 std::string machine_digest(const MachineConfig& machine) {

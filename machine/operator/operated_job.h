@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "machine/operator/desk.h"
 #include "machine/operator/opened_program.h"
@@ -28,6 +29,9 @@ void run_job(const StationSettings& settings, const JobOrder& order, Desk& desk)
 /// The newest job, unless it was closed: one that was cut off may be resumed, one that has ended is
 /// as it was. Older ones that were cut off become stopped.
 std::optional<ScreenJob> last_job(const StationSettings& settings);
+
+/// The words of a verdict, with the name that the corrected program was given last.
+std::string with_output_name(std::string verdict, const std::vector<std::string>& outputs);
 
 /// The digest of machine.toml and of the calibrations that it names: measurements made with others
 /// do not count.

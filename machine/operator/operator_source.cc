@@ -25,8 +25,9 @@ std::string choice_words(const MeasurementRequest& request,
   std::string what;
   switch (answer.choice) {
     case Choice::Again:
-      what =
-          answer.lamp ? fmt::format("looked at again, lamp {}", *answer.lamp) : "looked at again";
+      what = "looked at again";
+      if (answer.lamp) what += fmt::format(", lamp {}", *answer.lamp);
+      if (answer.exposure_us) what += fmt::format(", exposure {} us", *answer.exposure_us);
       break;
     case Choice::Search:
       what = fmt::format(
@@ -38,6 +39,12 @@ std::string choice_words(const MeasurementRequest& request,
     case Choice::Hand:
       what = fmt::format(
           "placed by hand at pixel ({:.1f}, {:.1f})", answer.at_px->x(), answer.at_px->y());
+      break;
+    case Choice::LeaveBoardOut:
+      what = "its board left out";
+      break;
+    case Choice::Keep:
+      what = "kept though its series contradicts it";
       break;
     default:
       what = "skipped";
@@ -133,15 +140,22 @@ Expected<Measurement> OperatorSource::measure(const MeasurementRequest& request)
   if (const Measurement* const held = counted(request)) {
     Measurement answer = *held;
     answer.request = request;
-    if (answer.status == MeasurementStatus::Skipped) {
-      skipped_.push_back(static_cast<std::size_t>(request.seq));
-    }
+    note_left_out(answer);
+    show(answer);
+    return answer;
+  }
+  if (request.is_of_left_out_board || left_out_.contains(static_cast<std::size_t>(request.seq))) {
+    Measurement answer = board_answer_;
+    answer.request = request;
+    PANELCAL_CHECK(at_.folder.append(answer));
     show(answer);
     return answer;
   }
   PANELCAL_TRY(Measurement measurement, source_->measure(request));
   if (measurement.status != MeasurementStatus::Found) {
-    PANELCAL_TRY(measurement, ask(request, std::move(measurement)));
+    PANELCAL_TRY(std::optional<Measurement> decided,
+                 ask(request, std::move(measurement), Cause::NotFound));
+    measurement = *std::move(decided);
   }
   measurement.measured.cov(1, 0) = measurement.measured.cov(0, 1);
   PANELCAL_CHECK(at_.folder.append(measurement));
@@ -149,11 +163,44 @@ Expected<Measurement> OperatorSource::measure(const MeasurementRequest& request)
   return measurement;
 }
 
+Expected<std::optional<Measurement>> OperatorSource::reconsider(
+    const Contradiction& contradiction) {
+  Measurement doubted = contradiction.worst;
+  doubted.status = MeasurementStatus::Rejected;
+  doubted.reason = contradiction.reason;
+  // The series has chosen among its candidates already.
+  doubted.candidates.clear();
+  const MeasurementRequest request = doubted.request;
+  PANELCAL_TRY(std::optional<Measurement> decided,
+               ask(request, std::move(doubted), Cause::Contradicted));
+  if (!decided) {
+    show(contradiction.worst);
+    return std::nullopt;
+  }
+  decided->measured.cov(1, 0) = decided->measured.cov(0, 1);
+  PANELCAL_CHECK(at_.folder.replace(*decided));
+  show(*decided);
+  return decided;
+}
+
+void OperatorSource::note_left_out(const Measurement& answer) {
+  const auto seq = static_cast<std::size_t>(answer.request.seq);
+  if (answer.status == MeasurementStatus::Skipped) skipped_.push_back(seq);
+  if (answer.status != MeasurementStatus::BoardLeftOut) return;
+  if (const SeriesResult* const series = series_of(seq)) {
+    left_out_.insert(series->measurements.begin(), series->measurements.end());
+  }
+  board_answer_ = answer;
+  board_answer_.reason = "board left out by " + answer.decision.who;
+}
+
 // --- questions ---------------------------------------------------------------------------------
 
-Expected<Measurement> OperatorSource::ask(const MeasurementRequest& request, Measurement lost) {
+Expected<std::optional<Measurement>> OperatorSource::ask(const MeasurementRequest& request,
+                                                         Measurement lost,
+                                                         Cause cause) {
   while (true) {
-    ScreenQuestion question = question_about(request, lost);
+    ScreenQuestion question = question_about(request, lost, cause);
     at_.desk.change([&](Screen& screen) {
       ScreenJob& job = *screen.job;
       job.state = JobState::Asking;
@@ -162,6 +209,12 @@ Expected<Measurement> OperatorSource::ask(const MeasurementRequest& request, Mea
       show_measured(lost, job.targets[static_cast<std::size_t>(request.seq)]);
     });
     PANELCAL_TRY(const Answer answer, wait_for_answer(request));
+    const std::string when = iso_8601(at_.clock());
+    if (answer.choice == Choice::Keep) {
+      PANELCAL_CHECK(at_.folder.append(
+          JobChoice{request.seq, choice_words(request, answer, lost), answer.who, when}));
+      return std::nullopt;
+    }
     Expected<Measurement> decided = decide(request, lost, answer);
     if (!decided) {
       PANELCAL_CHECK(check_stop());
@@ -171,22 +224,21 @@ Expected<Measurement> OperatorSource::ask(const MeasurementRequest& request, Mea
     }
     decided->request = request;
     decided->decision.who = answer.who;
-    decided->decision.when = iso_8601(at_.clock());
-    PANELCAL_CHECK(at_.folder.append(JobChoice{request.seq,
-                                               choice_words(request, answer, *decided),
-                                               decided->decision.who,
-                                               decided->decision.when}));
-    const bool holds = decided->status == MeasurementStatus::Found ||
-                       decided->status == MeasurementStatus::Skipped;
-    if (holds) return decided;
+    decided->decision.when = when;
+    PANELCAL_CHECK(at_.folder.append(
+        JobChoice{request.seq, choice_words(request, answer, *decided), answer.who, when}));
+    note_left_out(*decided);
+    const bool holds = decided->status == MeasurementStatus::Found || is_left_out(*decided);
+    if (holds) return *std::move(decided);
     lost = *std::move(decided);
   }
 }
 
 ScreenQuestion OperatorSource::question_about(const MeasurementRequest& request,
-                                              const Measurement& lost) {
+                                              const Measurement& lost,
+                                              Cause cause) {
   ScreenQuestion question;
-  question.id = ++n_questions_;
+  question.id = ++at_.n_questions;
   question.seq = request.seq;
   question.reason = lost.reason;
   question.choices = {"again"};
@@ -197,7 +249,9 @@ ScreenQuestion OperatorSource::question_about(const MeasurementRequest& request,
     if (!why_not.empty()) question.why_not.emplace(name(choice), why_not);
   };
   offer(Choice::Skip, why_not_skip(request));
-  offer(Choice::LeaveBoardOut, "the program of the other boards cannot be written without it yet");
+  offer(Choice::LeaveBoardOut, why_not_leave_board_out(request));
+  if (cause == Cause::Contradicted) question.choices.emplace_back(name(Choice::Keep));
+  note_settings(question);
   question.choices.emplace_back("stop");
   return question;
 }
@@ -254,12 +308,9 @@ void OperatorSource::offer_candidates(const Measurement& lost, ScreenQuestion& q
 
 std::string OperatorSource::why_not_skip(const MeasurementRequest& request) const {
   const auto seq = static_cast<std::size_t>(request.seq);
-  const auto holds = [&](const SeriesResult& series) {
-    return std::ranges::find(series.measurements, seq) != series.measurements.end();
-  };
-  const auto series = std::ranges::find_if(at_.nominal.series, holds);
+  const SeriesResult* const series = series_of(seq);
   if (!at_.may_skip) return "this language has no series that does without one of its targets";
-  if (series == at_.nominal.series.end()) return "the hole is drilled where this target is";
+  if (series == nullptr) return "the hole is drilled where this target is";
   std::vector<std::size_t> left_out = skipped_;
   left_out.push_back(seq);
   if (is_checked_without(*series, at_.nominal, left_out)) return "";
@@ -272,6 +323,35 @@ std::string OperatorSource::why_not_skip(const MeasurementRequest& request) cons
       static_cast<std::ptrdiff_t>(series->measurements.size()) - n_left_out,
       series->measurements.size(),
       name(series->prescribed));
+}
+
+std::string OperatorSource::why_not_leave_board_out(const MeasurementRequest& request) const {
+  const auto seq = static_cast<std::size_t>(request.seq);
+  const SeriesResult* const series = series_of(seq);
+  if (!at_.may_skip || !at_.why_not_leave_out) return "this language has no boards that end";
+  if (series == nullptr) return "the hole is drilled where this target is";
+  if (request.path.empty()) return "the target is of no copy of a pattern, but of the whole panel";
+  std::set<std::size_t> left_out = left_out_;
+  left_out.insert(series->measurements.begin(), series->measurements.end());
+  return at_.why_not_leave_out(left_out);
+}
+
+const SeriesResult* OperatorSource::series_of(std::size_t seq) const {
+  const auto holds = [&](const SeriesResult& series) {
+    return std::ranges::find(series.measurements, seq) != series.measurements.end();
+  };
+  const auto series = std::ranges::find_if(at_.nominal.series, holds);
+  return series == at_.nominal.series.end() ? nullptr : &*series;
+}
+
+void OperatorSource::note_settings(ScreenQuestion& question) const {
+  if (eye_ != nullptr) question.exposure_us = eye_->exposure_us();
+  if (eye_ == nullptr || !eye_->can_set(CameraSetting::Lamp)) {
+    question.why_not.emplace("lamp", "this source has no lamp to set");
+  }
+  if (eye_ == nullptr || !eye_->can_set(CameraSetting::Exposure)) {
+    question.why_not.emplace("exposure", "this camera's exposure is set by its address alone");
+  }
 }
 
 Expected<Answer> OperatorSource::wait_for_answer(const MeasurementRequest& request) {
@@ -328,14 +408,22 @@ Expected<Measurement> OperatorSource::decide(const MeasurementRequest& request,
     case Choice::Hand:
       return place_by_hand(*answer.at_px);
     case Choice::Skip: {
-      skipped_.push_back(static_cast<std::size_t>(request.seq));
       Measurement out;
       out.status = MeasurementStatus::Skipped;
       out.reason = "skipped by " + answer.who + (lost.reason.empty() ? "" : "; " + lost.reason);
       out.decision.by = Decider::Skip;
       return out;
     }
-    case Choice::LeaveBoardOut:
+    case Choice::LeaveBoardOut: {
+      Measurement out;
+      out.status = MeasurementStatus::BoardLeftOut;
+      out.reason =
+          "board left out by " + answer.who + (lost.reason.empty() ? "" : "; " + lost.reason);
+      out.decision.by = Decider::LeaveBoardOut;
+      return out;
+    }
+    case Choice::Keep:
+    case Choice::Done:
     case Choice::Stop:
       break;
   }
@@ -344,6 +432,7 @@ Expected<Measurement> OperatorSource::decide(const MeasurementRequest& request,
 
 Expected<Measurement> OperatorSource::look_again(MeasurementRequest request, const Answer& answer) {
   if (answer.lamp) request.settings.lamp = answer.lamp;
+  request.settings.exposure_us = answer.exposure_us;
   PANELCAL_TRY(Measurement out, source_->measure(request));
   out.decision.by = Decider::Camera;
   return out;

@@ -3,9 +3,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -35,9 +37,13 @@ class OperatorSource final : public MeasurementSource {
     const MachineConfig& machine;
     const Survey& nominal;  ///< of the program's check: what the targets' series are
     const Clock& clock;
+    int& n_questions;      ///< of the job so far
     bool may_skip = true;  ///< the language lets a series do without one of its targets
     bool may_jog = true;   ///< false: recorded pictures, which no movement changes
     bool is_live = false;  ///< the camera's picture changes by itself
+    /// The reason why boards cannot be left out, by the measurements that would not be made;
+    /// empty: they can be.
+    std::function<std::string(const std::set<std::size_t>&)> why_not_leave_out = {};
   };
 
   /// In     eye: takes pictures for people; may be null
@@ -51,6 +57,8 @@ class OperatorSource final : public MeasurementSource {
   /// Fails  interrupted (a person has stopped the job, or the station closes); what the source
   ///        reports; device-write
   Expected<Measurement> measure(const MeasurementRequest& request) override;
+  bool reconsiders() const override { return true; }
+  Expected<std::optional<Measurement>> reconsider(const Contradiction& contradiction) override;
   Expected<std::optional<FocusResult>> focus(const MeasurementRequest& request) override;
   Expected<std::optional<CalibrationAnswer>> calibrate(const CalibrationOrder& order) override;
   DrilledPanel* drilled_panel() override { return source_->drilled_panel(); }
@@ -62,12 +70,24 @@ class OperatorSource final : public MeasurementSource {
   void show(const Measurement& measurement);
   void show_looking(const MeasurementRequest& request);
 
-  /// Asks until there is an answer that holds.
-  Expected<Measurement> ask(const MeasurementRequest& request, Measurement lost);
-  ScreenQuestion question_about(const MeasurementRequest& request, const Measurement& lost);
+  enum class Cause : std::uint8_t { NotFound, Contradicted };
+
+  /// Asks until there is an answer that holds. Empty: the target stays as it is.
+  Expected<std::optional<Measurement>> ask(const MeasurementRequest& request,
+                                           Measurement lost,
+                                           Cause cause);
+  ScreenQuestion question_about(const MeasurementRequest& request,
+                                const Measurement& lost,
+                                Cause cause);
+  /// States which lights the next look can have.
+  void note_settings(ScreenQuestion& question) const;
   void offer_candidates(const Measurement& lost, ScreenQuestion& question);
   void offer_places(const MeasurementRequest& request, ScreenQuestion& question) const;
   std::string why_not_skip(const MeasurementRequest& request) const;
+  std::string why_not_leave_board_out(const MeasurementRequest& request) const;
+  /// The series of the check that holds a measurement; null: none.
+  const SeriesResult* series_of(std::size_t seq) const;
+  void note_left_out(const Measurement& answer);
   Expected<Answer> wait_for_answer(const MeasurementRequest& request);
   void jog(const MeasurementRequest& request, const Eigen::Vector2d& by_mm);
   void look_live(const MeasurementRequest& request, const View& view);
@@ -85,9 +105,10 @@ class OperatorSource final : public MeasurementSource {
   ViewTaker* eye_;
   std::map<std::int64_t, Measurement> counted_;
   std::vector<std::size_t> skipped_;
+  std::set<std::size_t> left_out_;  ///< of series whose boards are left out
+  Measurement board_answer_;        ///< of the last one's targets
   /// Of the open question: the measurement's candidate behind each that is offered.
   std::vector<std::size_t> offered_;
-  int n_questions_ = 0;
 };
 
 /// The end of a job that a person has stopped.

@@ -35,6 +35,15 @@ Expected<void> check_pixel(const Screen& screen, const Answer& answer) {
       refused(fmt::format("pixel ({}, {})", at_px.x(), at_px.y()), "a pixel of the picture shown"));
 }
 
+/// A light that this question offers, if one is asked for.
+Expected<void> check_offered_light(const ScreenQuestion& question,
+                                   const std::optional<double>& value,
+                                   const std::string& name) {
+  const auto why_not = question.why_not.find(name);
+  if (!value || why_not == question.why_not.end()) return {};
+  return failure(refused(name + ": " + why_not->second, "an answer without it"));
+}
+
 Expected<void> check_choice(const Screen& screen, const Answer& answer) {
   const ScreenQuestion& question = *screen.job->question;
   const std::string choice(name(answer.choice));
@@ -48,6 +57,8 @@ Expected<void> check_choice(const Screen& screen, const Answer& answer) {
     return failure(refused(fmt::format("candidate {}", *answer.index),
                            fmt::format("below {}", question.candidates.size())));
   }
+  PANELCAL_CHECK(check_offered_light(question, answer.lamp, "lamp"));
+  PANELCAL_CHECK(check_offered_light(question, answer.exposure_us, "exposure"));
   if (answer.at_px) return check_pixel(screen, answer);
   return {};
 }
@@ -103,6 +114,7 @@ Expected<void> take_resume(Screen& screen) {
 }
 
 Expected<void> take_stop(Screen& screen) {
+  if (screen.calibration && screen.calibration->state == "running") return {};
   if (!screen.job || !is_running(screen.job->state)) {
     return failure(refused("no job is running", "start"));
   }
@@ -121,7 +133,7 @@ Expected<void> take_answer(Screen& screen, const Answer& answer) {
                            fmt::format("question {}", job.question->id)));
   }
   PANELCAL_CHECK(check_choice(screen, answer));
-  const auto seq = static_cast<std::size_t>(job.question->seq);
+  const auto seq = static_cast<std::size_t>(job.question->seq.value_or(-1));
   if (seq < job.targets.size()) job.targets[seq].status = "looking";
   job.question.reset();
   job.state = JobState::Measuring;
@@ -129,7 +141,7 @@ Expected<void> take_answer(Screen& screen, const Answer& answer) {
 }
 
 Expected<void> take_jog(Screen& screen, const Eigen::Vector2d& by_mm) {
-  if (!screen.job || !screen.job->question) {
+  if (!screen.job || !screen.job->question || !screen.job->question->seq) {
     return failure(refused("no question is open", "a jog while a target is asked about"));
   }
   ScreenQuestion& question = *screen.job->question;

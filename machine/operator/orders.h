@@ -18,7 +18,7 @@ Expected<void> take_close(Screen& screen);
 Expected<void> take_start(Screen& screen);
 /// The same of a job that was interrupted, stopped, or failed.
 Expected<void> take_resume(Screen& screen);
-/// Closes the question, if one is open.
+/// Closes the question, if one is open. A job or a calibration runs.
 Expected<void> take_stop(Screen& screen);
 /// Closes the question.
 Expected<void> take_answer(Screen& screen, const Answer& answer);

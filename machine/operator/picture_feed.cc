@@ -78,7 +78,6 @@ ScreenView PictureFeed::view_of(const ShownPicture& shown, const Image& image) c
   view.place_mm = (shown.axis - shown.request.work_zero).in_mm();
   const std::optional<double>& lamp = shown.request.settings.lamp;
   view.lamp = lamp ? lamp : vision_.lamp;
-  view.jog_mm = jog_limit_mm(vision_);
   return view;
 }
 

@@ -77,7 +77,7 @@ Json series_json(const ScreenSeries& series) {
 Json question_json(const ScreenQuestion& question) {
   Json out;
   out["id"] = question.id;
-  out["seq"] = question.seq;
+  if (question.seq) out["seq"] = *question.seq;
   out["reason"] = question.reason;
   Json& candidates = out["candidates"] = Json::array();
   for (const ScreenCandidate& candidate : question.candidates) {
@@ -88,7 +88,12 @@ Json question_json(const ScreenQuestion& question) {
   out["choices"] = question.choices;
   Json& why_not = out["why_not"] = Json::object();
   for (const auto& [choice, why] : question.why_not) why_not[choice] = why;
-  if (!question.why_no_jog.empty()) why_not["jog"] = question.why_no_jog;
+  if (!question.why_no_jog.empty()) {
+    why_not["jog"] = question.why_no_jog;
+  } else if (question.seq) {
+    out["jog_mm"] = facts::number(question.jog_limit_mm);
+  }
+  if (question.exposure_us) out["exposure_us"] = facts::number(*question.exposure_us);
   return out;
 }
 
@@ -108,6 +113,7 @@ Json job_json(const ScreenJob& job) {
   Json out;
   out["id"] = job.id;
   out["program"] = job.program;
+  out["output_format"] = job.output_format;
   out["state"] = name(job.state);
   Json& findings = out["findings"] = Json::array();
   for (const Diagnostic& finding : job.findings) findings.push_back(finding_json(finding));
@@ -138,7 +144,6 @@ Json view_json(const ScreenView& view, std::uint64_t frame) {
                       {"angle_rad", facts::number(view.ellipse->angle_rad)}};
   }
   if (view.lamp) out["lamp"] = facts::number(*view.lamp);
-  if (view.jog_mm) out["jog_mm"] = facts::number(*view.jog_mm);
   if (view.contrast) out["contrast"] = facts::number(*view.contrast);
   if (view.sharpness) out["sharpness"] = facts::number(*view.sharpness);
   return out;

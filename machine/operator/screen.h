@@ -38,7 +38,7 @@ struct ScreenTarget {
   std::optional<Eigen::Vector2d> sigma_um;
   std::optional<Eigen::Vector2d> residual_um;  ///< measured minus fitted
   std::string reason;
-  std::string by;  ///< "camera", "candidate", "hand"; empty: not decided
+  std::string by;  ///< as name(Decider), or "camera" of the source's own; empty: not decided
   std::string who;
   std::string when;
   bool has_picture = false;
@@ -59,16 +59,17 @@ struct ScreenCandidate {
   double score = 0;
 };
 
-/// A question to a person about one target.
+/// A question to a person about one target, or something that the person has to do.
 struct ScreenQuestion {
   int id = 0;
-  std::int64_t seq = 0;
+  std::optional<std::int64_t> seq;  ///< absent: of no target
   std::string reason;
   std::vector<ScreenCandidate> candidates;
   std::vector<std::string> choices;
   std::map<std::string, std::string> why_not;  ///< of the other choices
-  // Not in the document: terms of a jog.
-  double jog_limit_mm = 0;  ///< of all jogs together
+  std::optional<double> exposure_us;           ///< in force; absent: it is not known
+  double jog_limit_mm = 0;                     ///< of all jogs together
+  // Not in the document, as are further terms of a jog:
   Eigen::Vector2d jogged_mm = Eigen::Vector2d::Zero();
   std::string why_no_jog;         ///< empty: it may
   std::uint64_t first_frame = 0;  ///< that shows the place since the last jog
@@ -117,9 +118,9 @@ struct ScreenJob {
   bool has_facts = false;
   std::vector<std::string> outputs;
   std::optional<std::int64_t> n_holes;
+  std::string output_format;  ///< "excellon", "sieb-meyer"; empty: the program cannot be read
   // Not in the document:
   std::string program_sha256;  ///< of what was checked
-  std::string output_format;   ///< "excellon", "sieb-meyer"
 };
 
 struct ScreenEllipse {
@@ -139,7 +140,6 @@ struct ScreenView {
   std::vector<Eigen::Vector2d> outline_px;
   std::optional<ScreenEllipse> ellipse;
   std::optional<double> lamp;      ///< as `$uvis,lamp` writes it
-  std::optional<double> jog_mm;    ///< the largest jog
   std::optional<double> contrast;  ///< of full scale
   std::optional<double> sharpness;
 };

@@ -156,6 +156,13 @@ class Station::Impl {
   }
 
  private:
+  void look_for_programs() {
+    const auto now = std::chrono::steady_clock::now();
+    if (now - last_look_ < kProgramsInterval / 2) return;
+    last_look_ = now;
+    list_programs();
+  }
+
   void list_programs() {
     auto programs = internal::list_programs(this->programs());
     const bool is_new =
@@ -167,16 +174,23 @@ class Station::Impl {
   void run_machine() {
     while (!desk_.is_closing()) {
       const bool is_live = !settings_.camera.empty() && desk_.is_watched();
-      const auto work = desk_.wait_for_work(is_live ? kLiveInterval : kProgramsInterval);
+      const auto work = desk_.wait_for_work(is_live ? until_next_live() : kProgramsInterval);
       if (work) {
         camera_.reset();
         carry_out_safely(*work);
       } else if (!desk_.is_closing()) {
-        list_programs();
         show_live(is_live);
+        look_for_programs();
       }
     }
     camera_.reset();
+  }
+
+  /// The time that a picture takes counts.
+  std::chrono::milliseconds until_next_live() {
+    const auto now = std::chrono::steady_clock::now();
+    next_live_ = std::clamp(next_live_ + kLiveInterval, now, now + kLiveInterval);
+    return std::chrono::ceil<std::chrono::milliseconds>(next_live_ - now);
   }
 
   /// A bug of ours, or a lack of memory, ends the work and not the station.
@@ -276,7 +290,10 @@ class Station::Impl {
     PANELCAL_CHECK(write_file(folder.file(name), bytes));
     PANELCAL_CHECK(folder.add_output(name));
     desk_.change([&](Screen& screen) {
-      if (screen.job && screen.job->id == id) screen.job->outputs = folder.record().outputs;
+      if (!screen.job || screen.job->id != id) return;
+      screen.job->outputs = folder.record().outputs;
+      screen.job->verdict->words =
+          internal::with_output_name(folder.record().verdict, screen.job->outputs);
     });
     return {};
   }
@@ -297,7 +314,9 @@ class Station::Impl {
   // The machine thread's alone:
   std::unique_ptr<CameraDevice> camera_;  ///< open while nothing runs and a screen looks
   std::chrono::steady_clock::time_point next_opening_{};
-  std::thread thread_;  ///< last, since it uses the others
+  std::chrono::steady_clock::time_point next_live_{};
+  std::chrono::steady_clock::time_point last_look_{};  ///< for new programs
+  std::thread thread_;                                 ///< last, since it uses the others
 };
 
 Station::Station(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {

@@ -87,6 +87,9 @@ class SimMachine final : public MeasurementSource, public ViewTaker, public Dril
   Expected<TakenPicture> picture(const MeasurementRequest& request, const View& view) const;
   /// The same; waits before each view, which may warm up meanwhile.
   Expected<TakenPicture> take(const MeasurementRequest& request, const View& view) override;
+  bool can_set(CameraSetting setting) const override {
+    return setting == CameraSetting::Lamp && sim_.lamp.has_value();
+  }
 
   const VisionProcedure& procedure() const { return procedure_; }
   /// As the orders of the job have found it so far.

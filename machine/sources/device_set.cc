@@ -10,9 +10,8 @@
 #include "machine/calibrate/spindle/coupon.h"
 #include "machine/devices/cameras/camera_uri.h"
 #include "machine/devices/cameras/patient_camera.h"
-#include "machine/devices/commands/command_probe.h"
 #include "machine/devices/commands/command_spindle.h"
-#include "machine/devices/commands/command_stage.h"
+#include "machine/devices/controls/control.h"
 #include "machine/devices/table_stage.h"
 #include "machine/sim/sim_coupon.h"
 #include "machine/sim/sim_table.h"
@@ -35,7 +34,7 @@ struct DeviceSet::Owned {
   std::shared_ptr<Stage> stage;
   std::unique_ptr<Spindle> spindle;
   std::unique_ptr<CameraDevice> camera;
-  std::unique_ptr<ProbeSource> probe;  ///< null: the machine cannot probe
+  std::shared_ptr<ProbeSource> probe;  ///< null: the machine cannot probe
 };
 
 DeviceSet::DeviceSet(std::shared_ptr<Owned> owned, std::string words)
@@ -67,18 +66,20 @@ Expected<DeviceSet> DeviceSet::simulated(const MachineConfig& config,
 Expected<DeviceSet> DeviceSet::live(const MachineConfig& config, std::string_view camera_uri) {
   // Before a device is touched.
   PANELCAL_CHECK(parse_camera_uri(camera_uri));
-  if (config.stage.move.empty()) {
+  if (!config.can_move()) {
     return failure({Code::ConfigValue,
                     {config.file.string(), 0, 0},
-                    "there is no [machine] stage_command that drives the machine",
-                    "stage_command = [\"PROGRAM\", \"{x}\", \"{y}\"]"});
+                    "there is no [machine] driver or stage_command that drives the machine",
+                    "driver = \"grbl\", or stage_command = [\"PROGRAM\", \"{x}\", \"{y}\"]"});
   }
   auto owned = std::make_shared<Owned>();
   PANELCAL_TRY(owned->camera, open_patient_camera(camera_uri, config.camera_patience));
-  owned->stage = measuring_stage(std::make_shared<CommandStage>(config.stage), config.walk.table);
+  PANELCAL_TRY(OpenedControl control, open_control(config));
+  owned->stage = measuring_stage(std::move(control.stage), config.walk.table);
   owned->spindle = std::make_unique<CommandSpindle>(config.stage.drill, config.stage.limit);
-  if (!config.stage.probe.empty()) owned->probe = std::make_unique<CommandProbe>(config.stage);
+  owned->probe = std::move(control.probe);
   std::string words = "the camera " + owned->camera->name();
+  if (!control.words.empty()) words += " and " + control.words;
   return DeviceSet(std::move(owned), std::move(words));
 }
 

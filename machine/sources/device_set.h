@@ -27,10 +27,11 @@ class DeviceSet {
   static Expected<DeviceSet> simulated(const MachineConfig& config,
                                        std::chrono::sys_seconds now = {});
 
-  /// [machine] stage_command, drill_command and probe_command (which may be absent: then the
-  /// spindle cannot drill, and nothing is probed) and a camera by its address.
+  /// The parts that open_control opens, [machine] drill_command (which may be absent: then the
+  /// spindle cannot drill) and a camera by its address.
   ///
-  /// Fails  camera-uri; config-value (no stage_command); what open_camera reports
+  /// Fails  camera-uri; config-value (nothing drives the stage); what open_camera and open_control
+  ///        report
   static Expected<DeviceSet> live(const MachineConfig& config, std::string_view camera_uri);
 
   /// They live as long as this set, also when it is moved.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
@@ -40,11 +41,17 @@ std::optional<double> RadialFigures::cpk(Length tolerance) const {
 }
 
 JobVerdict::JobVerdict(const Tolerances& tolerances) : tolerances_(tolerances) {
-  for (int i = 0; i <= kRatios; ++i) {
-    const PrincipalSigmas sigmas{mm(1), mm(static_cast<double>(i) / kRatios)};
-    radii_95_[static_cast<std::size_t>(i)] = radius_exceeded(sigmas, 0.05).in_mm();
-    means_[static_cast<std::size_t>(i)] = mean_radial_error(sigmas).in_mm();
-  }
+  // As costly as a thousand holes, and the same for every job.
+  static const auto tables = [] {
+    std::pair<ByRatio, ByRatio> made;
+    for (int i = 0; i <= kRatios; ++i) {
+      const PrincipalSigmas sigmas{mm(1), mm(static_cast<double>(i) / kRatios)};
+      made.first[static_cast<std::size_t>(i)] = radius_exceeded(sigmas, 0.05).in_mm();
+      made.second[static_cast<std::size_t>(i)] = mean_radial_error(sigmas).in_mm();
+    }
+    return made;
+  }();
+  std::tie(radii_95_, means_) = tables;
 }
 
 Length JobVerdict::interpolated(const ByRatio& table, const PrincipalSigmas& sigmas) {

@@ -8,17 +8,18 @@
 namespace panelcal {
 namespace {
 
-constexpr std::array<std::pair<MeasurementStatus, std::string_view>, 5> kStatusNames = {{
+constexpr std::array<std::pair<MeasurementStatus, std::string_view>, 6> kStatusNames = {{
     {MeasurementStatus::Found, "found"},
     {MeasurementStatus::NotFound, "not_found"},
     {MeasurementStatus::Ambiguous, "ambiguous"},
     {MeasurementStatus::Rejected, "rejected"},
     {MeasurementStatus::Skipped, "skipped"},
+    {MeasurementStatus::BoardLeftOut, "board_left_out"},
 }};
 
 /// In the order of the enumerators; the source's own decision has no word.
-constexpr std::array<std::string_view, 5> kDeciderNames = {
-    "", "camera", "candidate", "hand", "skip"};
+constexpr std::array<std::string_view, 6> kDeciderNames = {
+    "", "camera", "candidate", "hand", "skip", "leave_board_out"};
 
 }  // namespace
 
@@ -45,6 +46,10 @@ std::optional<Decider> decider_from_name(std::string_view name) {
   const auto found = std::ranges::find(kDeciderNames, name);
   if (name.empty() || found == kDeciderNames.end()) return std::nullopt;
   return static_cast<Decider>(found - kDeciderNames.begin());
+}
+
+Expected<std::optional<Measurement>> MeasurementSource::reconsider(const Contradiction&) {
+  return std::nullopt;
 }
 
 Expected<std::optional<FocusResult>> MeasurementSource::focus(const MeasurementRequest&) {

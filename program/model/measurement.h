@@ -30,6 +30,8 @@ struct VisionSettings {
   std::optional<double> lamp;         ///< $uvis,lamp, as written
   std::optional<double> zoom;         ///< $uvis,zoom, as written
   std::optional<int> algorithm;       ///< $uvis,alg
+  /// A person's, for one look; absent: the camera's own.
+  std::optional<double> exposure_us = {};
 };
 
 /// One target that the program wants measured.
@@ -44,6 +46,7 @@ struct MeasurementRequest {
   Position<frame::Actual> expected;  ///< place to look at, relative to work zero
   Position<frame::Machine> work_zero;
   InstancePath path;
+  bool is_of_left_out_board = false;  ///< its answer places nothing
   /// The coordinates that count: both, but of slots (SIEB & MEYER, measurement mode 5).
   ObservedAxes axes = ObservedAxes::Both;
 
@@ -55,22 +58,31 @@ struct MeasurementRequest {
   }
 };
 
-/// Skipped: a person has left the target out of its series.
-enum class MeasurementStatus : std::uint8_t { Found, NotFound, Ambiguous, Rejected, Skipped };
+/// Skipped: a person has left the target out of its series. BoardLeftOut: a person has left out the
+/// whole board that it is of.
+enum class MeasurementStatus : std::uint8_t {
+  Found,
+  NotFound,
+  Ambiguous,
+  Rejected,
+  Skipped,
+  BoardLeftOut,
+};
 
 std::string_view name(MeasurementStatus status);
 std::optional<MeasurementStatus> measurement_status_from_name(std::string_view name);
 
 /// The kinds of decisions of a person at the machine about a target.
 enum class Decider : std::uint8_t {
-  Source,     ///< nothing: the answer is the source's own
-  Camera,     ///< to look again, perhaps elsewhere: the place is what the camera then saw
-  Candidate,  ///< it is that one of the picture's candidates
-  Hand,       ///< it is at that place of the picture
-  Skip,       ///< to leave it out
+  Source,         ///< nothing: the answer is the source's own
+  Camera,         ///< to look again, perhaps elsewhere: the place is what the camera then saw
+  Candidate,      ///< it is that one of the picture's candidates
+  Hand,           ///< it is at that place of the picture
+  Skip,           ///< to leave it out
+  LeaveBoardOut,  ///< to leave out the board that it is of
 };
 
-/// "camera", "candidate", "hand", "skip"; empty for the source's own.
+/// "camera", "candidate", "hand", "skip", "leave_board_out"; empty for the source's own.
 std::string_view name(Decider decider);
 std::optional<Decider> decider_from_name(std::string_view name);
 
@@ -118,6 +130,12 @@ struct Measurement {
   bool has_choice() const;
 };
 
+/// A person has decided to do without it.
+inline bool is_left_out(const Measurement& measurement) {
+  return measurement.status == MeasurementStatus::Skipped ||
+         measurement.status == MeasurementStatus::BoardLeftOut;
+}
+
 /// The answer to an autofocus request.
 struct FocusResult {
   struct Sample {
@@ -153,6 +171,12 @@ class DrilledPanel {
   virtual void drill(const DrilledHole& hole) = 0;
 };
 
+/// A series that its targets do not agree about, and the target that disagrees most.
+struct Contradiction {
+  const Measurement& worst;
+  std::string reason;
+};
+
 /// A source of true places of targets: camera, picture folder, recorded file, simulation.
 class MeasurementSource {
  public:
@@ -162,6 +186,13 @@ class MeasurementSource {
   /// Fails when the source itself fails (missing picture, broken device); a target that is not to
   /// be seen is an answer.
   virtual Expected<Measurement> measure(const MeasurementRequest& request) = 0;
+  /// It has a word on series that gates refuse because of a target.
+  virtual bool reconsiders() const { return false; }
+  /// Another answer for the worst target of such a series, which is then fitted again. Empty: it
+  /// stays as it is.
+  ///
+  /// Fails  as measure
+  virtual Expected<std::optional<Measurement>> reconsider(const Contradiction& contradiction);
   /// Focuses on what is to be seen at the request's expected place, and keeps that focus for later
   /// measurements. Empty where there is nothing to focus.
   ///

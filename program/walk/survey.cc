@@ -16,15 +16,30 @@ bool SeriesResult::is_accepted() const {
 }
 
 bool Survey::is_complete() const {
-  return !was_stopped && std::ranges::all_of(series, &SeriesResult::is_fitted) &&
+  const auto is_settled = [](const SeriesResult& one) {
+    return one.is_fitted() || one.is_left_out;
+  };
+  return !was_stopped && std::ranges::all_of(series, is_settled) &&
          std::ranges::all_of(measurements, [](const Measurement& measurement) {
-           return measurement.status == MeasurementStatus::Found ||
-                  measurement.status == MeasurementStatus::Skipped;
+           return measurement.status == MeasurementStatus::Found || is_left_out(measurement);
          });
 }
 
 bool Survey::is_accepted() const {
-  return is_complete() && std::ranges::all_of(series, &SeriesResult::is_accepted);
+  return is_complete() && std::ranges::all_of(series, [](const SeriesResult& one) {
+           return one.is_accepted() || one.is_left_out;
+         });
+}
+
+std::vector<const SeriesResult*> Survey::left_out_boards() const {
+  std::vector<const SeriesResult*> boards;
+  for (const SeriesResult& one : series) {
+    // A board may have several series, which follow each other.
+    const bool is_same =
+        !boards.empty() && boards.back() + 1 == &one && one.path == boards.back()->path;
+    if (one.is_left_out && !is_same) boards.push_back(&one);
+  }
+  return boards;
 }
 
 namespace {

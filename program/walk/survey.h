@@ -39,6 +39,8 @@ struct SeriesResult : PanelFitSummary {
   std::shared_ptr<const Reliability> reliability;
   /// Measurements that [gates] max_dropped allowed to leave out; they are not among `points`.
   std::vector<std::size_t> dropped;
+  /// A person has left out its board, which is neither fitted nor worked.
+  bool is_left_out = false;
   /// If pictures had several candidates: which were taken, or why none was.
   std::optional<SeriesAssignment> assignment;
   /// Greatest distance of the layers of one target (SIEB & MEYER, measurement modes 2 and 3).
@@ -72,11 +74,14 @@ struct Survey {
   /// The source failed: nothing is known of what the program asks for behind it.
   bool was_stopped = false;
 
-  /// Every series is fitted, so that a corrected program could be written at all. A target that a
-  /// person has skipped is missing from its series' fit only.
+  /// Every series is fitted or of a board that is left out, so that a corrected program could be
+  /// written at all. A target that a person has skipped is missing from its series' fit only.
   bool is_complete() const;
   /// Every series is fitted and inside its limits, and every measured hole was found.
   bool is_accepted() const;
+
+  /// Boards that persons have left out, each by its first series.
+  std::vector<const SeriesResult*> left_out_boards() const;
 
   /// Default gates that are off: "residual", "mirror of nested fits"; an ungated offset over 10 mm.
   std::vector<std::string> gates_off() const;

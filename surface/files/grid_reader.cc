@@ -41,7 +41,7 @@ ProbeFile file_of_grid(ProbeFormat format,
                        const std::string& file,
                        const ReadGrid& grid,
                        const ProbeFileOptions& options) {
-  const double unit_mm = options.unit.in_mm();
+  const double unit_mm = options.unit_mm();
   const auto scaled = [&](const LatticeAxis& axis) {
     return LatticeAxis{axis.first_mm * unit_mm, axis.step_mm * unit_mm, axis.n_nodes};
   };

@@ -108,7 +108,7 @@ Expected<HeightGrid> height_grid(const ProbeFile& file) {
     return failure({Code::GridInvalid,
                     {file.file, 0, 0},
                     fmt::format("a file of format {}", name_of(file.format)),
-                    "one of a grid: heightmap, bcnc or opencncpilot"});
+                    "one of a grid, such as heightmap, bcnc or opencncpilot"});
   }
   PANELCAL_CHECK(check_axes(file.grid->x, file.grid->y));
   HeightGrid out{file.grid->x, file.grid->y, {}};

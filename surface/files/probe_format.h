@@ -23,27 +23,44 @@ enum class ProbeFormat : std::uint8_t {
   BcncProbe,        ///< bCNC's `.probe`: a grid
   OpenCncPilotMap,  ///< OpenCNCPilot's `.hmap`: a grid
   RecordedProbes,   ///< panelcal's own readings, JSON Lines, docs/formats/probes.md
+  KlipperConfig,    ///< Klipper's `printer.cfg`: a saved `[bed_mesh NAME]`, a grid
+  MoonrakerJson,    ///< Moonraker's object `bed_mesh`: a grid
+  MarlinConsole,    ///< a console of `G29 T`, `M420 V` or `G29 V4`: a grid, or a place a line
+  GrblConsole,      ///< `[PRB:x,y,z:1]` among other lines
+  CandleMap,        ///< Candle's `.map`: a grid
+  PlainCsv,         ///< x, y and height a line
 };
 
-/// `heightmap`, `linuxcnc`, `bcnc`, `opencncpilot` or `probes`, as options name them.
+/// `heightmap`, `linuxcnc`, `bcnc`, `opencncpilot`, `probes`, `klipper`, `moonraker`, `marlin`,
+/// `grbl`, `candle` or `csv`, as options name them.
 std::string_view name_of(ProbeFormat format);
 
 std::optional<ProbeFormat> probe_format_from_name(std::string_view name);
 
+/// The first and the last node of a mesh, in mm: those of the lowest and the highest x and y.
+struct MeshCorners {
+  Eigen::Vector2d low_mm, high_mm;
+};
+
 struct ProbeFileOptions {
-  /// Empty: what the extension says (.csv, .probe, .hmap, .jsonl), else what the text begins with;
-  /// lines of numbers are a log.
+  /// Empty: told from the text; where that says nothing, from the extension (.probe, .hmap, .jsonl,
+  /// .map, .csv).
   std::optional<ProbeFormat> format = std::nullopt;
   /// The probe's sigma where the file states none. Recorded probes state their own. Empty: 5 um is
   /// assumed, and the probes are marked as such (ProbePoint::is_sigma_assumed).
   std::optional<Length> sigma = std::nullopt;
-  /// The unit of the file: inch(1) if the machine was set to inches. Recorded probes are in mm.
-  Length unit = mm(1);
+  /// The unit of a file that states none: inch(1) if the machine was set to inches. Empty: mm.
+  std::optional<Length> unit = std::nullopt;
   /// Z axis whose height is taken of probes with several, from 0. Empty: there must be only one.
   std::optional<int> z_axis = std::nullopt;
+  /// Name of a mesh, of a Klipper file that has several. Empty: there must be only one.
+  std::string profile = {};
+  /// Of a Marlin mesh whose console does not state it.
+  std::optional<MeshCorners> mesh = std::nullopt;
 
   /// sigma, or what is assumed.
   Length scatter() const { return sigma.value_or(um(5)); }
+  double unit_mm() const { return unit.value_or(mm(1)).in_mm(); }
 
   /// Fails  config-value
   Expected<void> validate() const;
@@ -69,6 +86,9 @@ struct ProbeFile {
   std::vector<ProbePoint> points;     ///< in the order of the file
   std::vector<MissingProbe> missing;  ///< in the order of the grid or of the file, never filled
   std::optional<ProbeGrid> grid;      ///< of the formats that are grids
+  bool states_sigma = false;          ///< the file says what its probes scatter
+  std::string unit;  ///< of its lengths, and whence: `mm`, `inch ($13=1 of line 4)`
+  std::string zero;  ///< from where its places and heights count, a noun phrase
   /// Of several, or chosen: whose heights they are, from 0; empty: the file does not say.
   std::optional<int> z_axis;
 };

@@ -170,7 +170,7 @@ Expected<std::string> probe_file_text(ProbeFormat format, const HeightGrid& grid
       return bcnc_text(grid);
     case ProbeFormat::OpenCncPilotMap:
       return opencncpilot_text(grid);
-    case ProbeFormat::RecordedProbes:
+    default:
       break;
   }
   return refused(fmt::format("a grid for a file of format {}", name_of(format)),

@@ -44,14 +44,33 @@ class TextLines {
 
 /// The text between blanks.
 std::vector<TextField> words_of(const TextField& line);
-/// The text between commas, without the blanks around it.
-std::vector<TextField> cells_of(const TextField& line);
+/// The text between commas or other separators, without the blanks around it.
+std::vector<TextField> cells_of(const TextField& line, char separator = ',');
+/// The part of a line from `begin` on, up to `end`.
+TextField part_of(const TextField& line,
+                  std::size_t begin,
+                  std::size_t end = std::string_view::npos);
+/// The same without the blanks around it.
+TextField trimmed(const TextField& field);
+
+/// That the last line has a line end: without one its last number may be cut off.
+///
+/// Fails  measurement-file, at that line
+Expected<void> check_line_end(std::string_view text, const std::string& file);
+
+/// The first lines of a text that are not blank, at most n_most.
+std::vector<TextField> first_lines(std::string_view text, std::size_t n_most);
+
+/// True if all of it is a number, a plus sign ahead of it or not.
+bool is_number(std::string_view word);
 
 /// measurement-file, at a field: its text, and what was expected.
 Diagnostic unexpected_field(const std::string& file, const TextField& at, std::string expected);
 
 /// A number that is one from end to end and not beyond 1e6 of its unit, a kilometer.
 Expected<double> number_of(const std::string& file, const TextField& field);
+/// The same with a plus sign ahead of it, or without.
+Expected<double> signed_number_of(const std::string& file, const TextField& field);
 /// Digits of a whole number from low to high.
 Expected<int> count_of(const std::string& file, const TextField& field, int low, int high);
 

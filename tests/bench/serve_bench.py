@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """What `panelcal serve` costs while nothing happens, and how soon a click acts.
 
-    serve_bench.py PANELCAL REPOSITORY [SECONDS]
+    serve_bench.py PANELCAL REPOSITORY [SECONDS [CLOCK_CAMERA]]
 
-With the simulated machine of datasets/demo. CPU is user + system of the server's process, as a part
+With the simulated machine of datasets/demo, and with CLOCK_CAMERA (a target of the build) with a camera of 1280 x 1024
+whose pictures show when they were taken, which a Chromium reads where its canvas is drawn. CPU is user + system of the server's process, as a part
 of one processor, over SECONDS (20): without a screen and with 20 of them that show live pictures.
 A click is a command on one connection that stays open: the times from the first byte that is sent to
 the answer, and to the new state on another screen.
@@ -100,6 +101,85 @@ def clicks(port):
     return times
 
 
+# When a picture is drawn, and on the screen with the next animation frame: ms since the camera took it.
+READ_CLOCK = """
+window.late = [];
+const draw = CanvasRenderingContext2D.prototype.drawImage, strip = document.createElement("canvas").getContext("2d", {willReadFrequently: true});
+let last = 0;
+CanvasRenderingContext2D.prototype.drawImage = function(image, ...rest) {
+  draw.call(this, image, ...rest);
+  if (!image.naturalWidth || this === strip) return;
+  const side = image.naturalWidth / 40;
+  let taken = 0;
+  for (let i = 0; i < 40; ++i) {
+    draw.call(strip, image, side * i + side / 4, side / 4, side / 2, side / 2, i, 0, 1, 1);
+    taken = 2 * taken + (strip.getImageData(i, 0, 1, 1).data[0] > 127);
+  }
+  taken += 2 ** 40 * Math.floor(Date.now() / 2 ** 40);
+  if (taken === last) return;
+  last = taken;
+  requestAnimationFrame(() => window.late.push(Date.now() - taken));
+};
+"""
+
+
+def start(panelcal, folder, *source):
+    process = subprocess.Popen([panelcal, "serve", "-m", "machine.toml", *source, "--address", "127.0.0.1:0"],
+                               cwd=folder, stdout=subprocess.PIPE, text=True)
+    return process, int(re.search(r":(\d+)/", process.stdout.readline()).group(1))
+
+
+def end(process):
+    process.send_signal(signal.SIGTERM)
+    print(f"ended with exit code {process.wait(timeout=30)}")
+
+
+def late_pictures(port, seconds):
+    """How late the pictures of one browser are, ms, in order of size."""
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "web"))
+    import browser
+    page = browser.Browser()
+    page.resize(1280)
+    page.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": READ_CLOCK})
+    page.driver.get(f"http://127.0.0.1:{port}/")
+    time.sleep(2)
+    page.run("window.late.length = 0")
+    time.sleep(seconds)
+    late = sorted(page.run("return window.late"))
+    page.close()
+    return late
+
+
+def pictures_and_load(process, port, seconds):
+    screens = [Screen(port, fetches=True) for _ in range(N_SCREENS)]
+    time.sleep(2)
+    before = sum(screen.pictures for screen in screens)
+    percent = load(process, seconds)
+    n_pictures = sum(screen.pictures for screen in screens) - before
+    print(f"{N_SCREENS} screens, live pictures: {percent:.1f} % of a processor, "
+          f"{n_pictures / seconds / N_SCREENS:.1f} pictures/s each")
+    for screen in screens:
+        screen.link.shutdown(socket.SHUT_RDWR)
+
+
+def with_camera(panelcal, folder, clock_camera, seconds):
+    camera = subprocess.Popen([clock_camera, "127.0.0.1", "1280", "1024"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                              text=True)
+    assert camera.stdout.readline() == "ready\n"
+    machine = Path(folder) / "machine.toml"
+    machine.write_text(machine.read_text().replace("[machine]\n", "[machine]\nstage_command = [\"true\", \"{x}\", \"{y}\"]\n", 1))
+    process, port = start(panelcal, folder, "--camera", "gige://127.0.0.1")
+    late = late_pictures(port, seconds)
+    print(f"camera to screen: {len(late) / seconds:.1f} pictures/s, median {statistics.median(late):.0f} ms, "
+          f"95 % below {late[int(0.95 * len(late))]:.0f} ms, worst {late[-1]:.0f} ms")
+    pictures_and_load(process, port, seconds)
+    time.sleep(2)
+    print(f"camera, no screen:         {load(process, seconds):.2f} % of a processor")
+    end(process)
+    camera.stdin.close()
+    camera.wait(10)
+
+
 def main():
     panelcal, demo = str(Path(sys.argv[1]).resolve()), Path(sys.argv[2]) / "datasets/demo"
     seconds = float(sys.argv[3]) if len(sys.argv) > 3 else 20
@@ -108,24 +188,16 @@ def main():
         programs = Path(folder) / "jobs/programs"
         programs.mkdir(parents=True)
         shutil.copy(demo / "panel.exc", programs)
-        process = subprocess.Popen([panelcal, "serve", "-m", "machine.toml", "--machine-driver", "sim",
-                                    "--address", "127.0.0.1:0"], cwd=folder, stdout=subprocess.PIPE, text=True)
-        port = int(re.search(r":(\d+)/", process.stdout.readline()).group(1))
+        process, port = start(panelcal, folder, "--machine-driver", "sim")
         time.sleep(1)
         print(f"idle, no screen:           {load(process, seconds):.2f} % of a processor")
         times = clicks(port)
-        for name, column in (("answer", 0), ("on another screen", 1)):
+        for name, column in (("answer", 0), ("another screen", 1)):
             values = sorted(time[column] for time in times)
             print(f"click to {name}: median {statistics.median(values):.1f} ms, worst {values[-1]:.1f} ms")
-        screens = [Screen(port, fetches=True) for _ in range(N_SCREENS)]
-        time.sleep(1)
-        before = sum(screen.pictures for screen in screens)
-        percent = load(process, seconds)
-        n_pictures = sum(screen.pictures for screen in screens) - before
-        print(f"{N_SCREENS} screens, live pictures: {percent:.1f} % of a processor, "
-              f"{n_pictures / seconds / N_SCREENS:.1f} pictures/s each")
-        process.send_signal(signal.SIGTERM)
-        print(f"ended with exit code {process.wait(timeout=30)}")
+        end(process)
+        if len(sys.argv) > 4:
+            with_camera(panelcal, folder, str(Path(sys.argv[4]).resolve()), seconds)
 
 
 if __name__ == "__main__":

@@ -57,17 +57,19 @@ inline std::optional<std::string> probe_file_complaint(const ProbeFile& read) {
   return std::nullopt;
 }
 
-/// The first byte chooses the format, the others are the file.
+/// The first byte chooses how the others are read: `A` to `K` as a format, `L` as the text itself
+/// tells, `M` as a Marlin console with places that it does not state.
 inline std::optional<std::string> run_probe_file(std::string_view bytes) {
-  constexpr std::array<ProbeFormat, 5> kFormats = {ProbeFormat::HeightMapCsv,
-                                                   ProbeFormat::LinuxCncLog,
-                                                   ProbeFormat::BcncProbe,
-                                                   ProbeFormat::OpenCncPilotMap,
-                                                   ProbeFormat::RecordedProbes};
+  constexpr unsigned kFormats = 11, kChoices = 13;
   if (bytes.empty()) return std::nullopt;
-  const auto choice = static_cast<unsigned char>(bytes.front());
-  const auto read = parse_probe_file(
-      bytes.substr(1), "fuzz", {.format = kFormats[choice % kFormats.size()], .z_axis = 0});
+  const unsigned choice = static_cast<unsigned char>(bytes.front()) % kChoices;
+  ProbeFileOptions options{.z_axis = 0};
+  if (choice < kFormats) options.format = static_cast<ProbeFormat>(choice);
+  if (choice > kFormats) {
+    options.format = ProbeFormat::MarlinConsole;
+    options.mesh = MeshCorners{{0, 0}, {40, 30}};
+  }
+  const auto read = parse_probe_file(bytes.substr(1), "fuzz", options);
   return read ? probe_file_complaint(*read) : probe_refusal_complaint(read.error());
 }
 

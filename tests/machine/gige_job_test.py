@@ -63,6 +63,8 @@ def camera(program, pictures, folder, lost_share=0.0, n_frames=0):
     finally:
         process.stdin.close()
         process.wait(10)
+        process.stdout.close()
+        process.stderr.close()
 
 
 class Job:

@@ -15,7 +15,13 @@ from aligned_panel import (NPTH, PADS, PTH, SIGMA_LIMIT_UM, Panel, distance_in_s
                            prepare)
 from demo_job import drilled, run
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
+from facts import checked, in_page  # noqa: E402
+
 # With targets of its own: what `panelcal run` alone makes of the same pictures.
+ROUT = "M48\nMETRIC\nT1C2.0F100\n%\nT1\nG00X10.0Y10.0F50\nM15\nG01X70.0Y10.0\nG03X70.0Y20.0A5.0\nM16\nG05\nM30\n"
+SIEB_MEYER = "%%5000\nX10.Y10.T1\nX30.Y20.\n$\nT1D0.8F2.S60.\n$\n"
+ROOT = Path(__file__).parents[2]
 JOB = ("M48\nMETRIC,TZ\nVER,1\nT1C0.8F100\n%\nG34,1\n"
        + "".join(f"G36X{x:.3f}Y{y:.3f}\n" for x, y in PADS) + "T1\n")
 GERBER = """%TF.FileFunction,Copper,L1,Top*%
@@ -68,7 +74,9 @@ def holes_fall_where_the_panel_has_them(panelcal, folder):
     panel = Panel(0)
     prepare(folder, panel)
     run(panelcal, "synth", "pads.exc", "-m", "machine.toml", "-o", "images", cwd=folder)
-    align(panelcal, folder, ";".join(f"{x},{y}" for x, y in PADS), "--images", "images", "--panel", "7")
+    align(panelcal, folder, ";".join(f"{x},{y}" for x, y in PADS), "--images", "images", "--panel", "7",
+          "--report", "align.html", "--json", "align.json")
+    assert in_page(folder / "align.html") == checked(json.loads((folder / "align.json").read_text()), ROOT)
     for program, n in (("pth.drl", len(PTH)), ("npth.drl", len(NPTH))):
         run_aligned(panelcal, folder, program, "-o", "out.jsonl", "--json", "facts.json")
         holes = drilled(folder / "out.jsonl")
@@ -76,7 +84,7 @@ def holes_fall_where_the_panel_has_them(panelcal, folder):
         for hole in holes:
             assert distance_in_sigmas(hole, panel) < 5, hole
             assert max(hole["sigma"]) * 1e3 < SIGMA_LIMIT_UM, hole
-        facts = json.loads((folder / "facts.json").read_text())
+        facts = checked(json.loads((folder / "facts.json").read_text()), ROOT)
         assert facts["verdict"]["word"] == "drill" and len(facts["targets"]) == len(PADS), facts["verdict"]
         assert "board.align.json" in facts["source"], facts["source"]
     # The same pictures under a program that has the targets itself.
@@ -86,6 +94,13 @@ def holes_fall_where_the_panel_has_them(panelcal, folder):
     for mine, other in zip(drilled(folder / "out.jsonl"), drilled(folder / "job.jsonl")):
         for key in ("nominal", "actual", "sigma"):
             assert all(math.isclose(a, b, abs_tol=1e-9) for a, b in zip(mine[key], other[key])), (mine, other)
+    # Routs and the other language.
+    (folder / "rout.drl").write_text(ROUT)
+    (folder / "holes.s5").write_text(SIEB_MEYER)
+    for program, kind, n in (("rout.drl", "rout", 2), ("holes.s5", "drill", 2)):
+        run_aligned(panelcal, folder, program, "-o", "out.jsonl")
+        moves = [op for op in map(json.loads, (folder / "out.jsonl").read_text().splitlines()) if op["op"] == kind]
+        assert len(moves) == n and all(distance_in_sigmas(move, panel) < 5 for move in moves), moves
     shown = run(panelcal, "align", "show", "board.align.json", "-m", "machine.toml", "--json", "show.json",
                 cwd=folder).stdout
     assert "in force" in shown and "panel 7" in shown and "by Ada" in shown, shown
@@ -127,6 +142,7 @@ def is_refused_where_it_does_not_hold(panelcal, folder):
             ("own.exc", JOB + "X20.0Y20.0\nM30\n", ["own.exc:7", "without --align"]),
             ("cancels.drl", "M48\nMETRIC\nT1C0.8F100\n%\nT1\nX20.0Y20.0\nG37\nX30.0Y20.0\nM30\n",
              ["cancels.drl:8", "drops the correction"]),
+            ("cancels.s5", SIEB_MEYER.replace("X10.", "G30\nX10."), ["cancels.s5:3", "drops the correction"]),
             ("far.drl", "M48\nMETRIC\nT1C0.8F100\n%\nT1\nX120.0Y-80.0\nX150.0Y-60.0\nM30\n",
              ["(120.000, -80.000) to (150.000, -60.000)", "(5.000, 5.000) to (75.000, 55.000)"])):
         (folder / name).write_text(text)

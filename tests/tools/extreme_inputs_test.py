@@ -90,7 +90,8 @@ def outputs_of(command):
         return ["-o", "new.exc"]
     if command == "synth":
         return ["-o", "new"]
-    if command in ("surface fit", "surface plan", "history plot"):
+    if command in ("surface fit", "surface plan", "history plot", "calibrate camera-import",
+                   "calibrate camera-export"):
         return ["-o", "new.json"]
     return ["-o", "new.ngc"] if command in ("surface apply", "align apply") else []
 

@@ -7,7 +7,7 @@ Fails, with `file -> file` lines, on
   - an include in quotes that is no file of the repository by its path,
   - a library that includes what is installed of another, as <panelcal/panelcal.h>,
   - a folder that includes one to its right (calib, surface, program; vision beside them; machine;
-    tools),
+    tools; python),
   - a language of part programs that is entered by another door than its ProgramDialect,
   - a cycle of units in a library (a unit is name.h with name.cc),
   - a cycle of rooms in a library (a room is a folder with the files that lie in it).
@@ -27,6 +27,7 @@ MAY_INCLUDE = {
     "vision": ("calib",),
     "machine": ("calib", "surface", "program", "vision"),
     "tools": ("calib", "surface", "program", "vision", "machine"),
+    "python": ("calib", "surface", "program", "vision", "machine", "tools"),
 }
 # Rooms of languages, and who includes them: all others ask a ProgramDialect (program/walk/dialect.h).
 LANGUAGES = ("program/excellon/", "program/sieb_meyer/")

@@ -37,6 +37,8 @@ def problems_of(panelcal, folder, command, option, name, before):
     words = [panelcal, *command.split(), *shlex.split(real_files.COMMANDS[command]), option, name]
     if command in ("surface fit", "surface apply", "surface export") and option != "--output":
         words += ["-o", "new.json"]
+    if command == "batch report" and option != "--output":
+        words += ["-o", "new.html"]
     done = subprocess.run(words, cwd=folder, capture_output=True, text=True, timeout=120)
     after = real_files.content(folder)
     problems = []

@@ -71,6 +71,14 @@ X100.0Y80.0
 M30
 """
 
+LENS = """\
+image_width: 640
+image_height: 480
+camera_matrix: {rows: 3, cols: 3, data: [2000, 0, 320, 0, 2000, 240, 0, 0, 1]}
+distortion_model: plumb_bob
+distortion_coefficients: {rows: 1, cols: 5, data: [-0.05, 0.01, 0, 0, 0]}
+"""
+
 # What machine.toml names, and what lies beside the ledger.
 OF_MACHINE = {"machine.toml", "camera.cal.json", "spindle.cal.json", "coupon.json", "drill1.ledger",
               "drill1.ledger.lock", "temperature.txt", "template.png"}
@@ -97,7 +105,11 @@ COMMANDS = {
     "translate": "job.exc -m machine.toml",
     "locate": "images/0000.png -m machine.toml --tool 2",
     "synth": "job.exc -m machine.toml",
+    "batch report": "results",
+    "batch show": "results",
     "calibrate camera": "-m machine.toml --images images --plate plate.toml",
+    "calibrate camera-import": "camera.yaml --scale-mm-per-px 0.01 --corner-sigma-um 5",
+    "calibrate camera-export": "camera.cal.json --to opencv --focal-px 2000",
     "calibrate table": "-m machine.toml --plate plate.toml --measurements looks.jsonl",
     "calibrate surface": "map.json -m machine.toml",
     "calibrate spindle-camera": "-m machine.toml --machine-driver sim",
@@ -127,7 +139,7 @@ COMMANDS = {
 NO_OUTPUTS = {
     "--address", "--against", "--align", "--area", "--at", "--by", "--camera", "--certificate", "--clock", "--explain", "--form", "--format", "--grid",
     "--host-name", "--images", "--key", "--kind", "--ledger", "--log-level", "--machine", "--machine-driver",
-    "--measurements", "--model", "--panel", "--parameter", "--plate", "--probes", "--program", "--program-format", "--range",
+    "--measurements", "--model", "--panel", "--parameter", "--plate", "--probes", "--profile", "--program", "--program-format", "--range",
     "--reason", "--seed", "--since", "--slots", "--subject", "--surface", "--to", "--truth",
     "--unit", "--voids-of", "--zero", "--zone", "--zones"}
 OUTPUTS = {"--jobs", "--json", "--linuxcnc", "--output", "--overlay", "--report",
@@ -173,6 +185,7 @@ def make(panelcal, repository, folder):
     (folder / "job.exc").write_text(JOB)
     (folder / "patt.exc").write_text("X30.0Y30.0\nX40.0Y60.0\n")
     (folder / "program.ngc").write_text("G21 G90\nG0 Z5\nG0 X10 Y10\nG1 Z-0.1 F100\nG1 X20\nG0 Z5\nM2\n")
+    (folder / "camera.yaml").write_text(LENS)
     (folder / "temperature.txt").write_text("21.5\n")
     shutil.copy(Path(repository) / "tests/tools/surface/plane.jsonl", folder / "probes.jsonl")
     shutil.copy(fixtures / "two-zones/zones.toml", folder / "zones.toml")
@@ -191,6 +204,8 @@ def make(panelcal, repository, folder):
                     "2026-11-22T02:00:00", "--surface", "map.json", "--truth", "truth.json",
                     "-o", "out.jsonl", "--save-measurements", "measurements.jsonl")
     panelcal_writes("align", "job.exc", "-m", "machine.toml", "--images", "images", "-o", "board.align.json")
+    (folder / "jobs.csv").write_text("program,machine,images\njob.exc,machine.toml,images\n")
+    panelcal_writes("batch", "jobs.csv", "-o", "results", "--clock", "2026-11-22T02:00:00")
     assert OF_MACHINE <= set(os.listdir(folder)), os.listdir(folder)
 
 

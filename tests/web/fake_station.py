@@ -112,7 +112,7 @@ class Station:
                 elif not self.is_let_in():
                     self.answer(401, {"error": {"what": "no token"}})
                 elif path == "/api/state":
-                    self.answer(200, station.state)
+                    self.answer(200, station.state, **({"X_Panelcal_Session": "open"} if station.token else {}))
                 elif path == "/api/frame.jpg":
                     self.answer(200, station.picture, "image/png")
                 elif path == "/api/events":
@@ -153,6 +153,9 @@ class Station:
                     good = json.loads(body)["token"] == station.token
                     self.answer(200 if good else 403, {} if good else {"error": {"what": "wrong token"}},
                                 **({"Set_Cookie": f"token={station.token}; HttpOnly; SameSite=Strict"} if good else {}))
+                elif path == "/api/logout":
+                    station.held_by, station.key = None, ""
+                    self.answer(200, {}, Set_Cookie="token=; HttpOnly; SameSite=Strict; Max-Age=0")
                 elif path == "/api/controls":
                     self.controls(json.loads(body))
                 elif not key or key != station.key:

@@ -40,7 +40,10 @@ def blocks(program):
     return [line for line in program.splitlines() if not line.startswith(";")]
 
 
-class OperatedJob(unittest.TestCase):
+class Served(unittest.TestCase):
+    """The real server on the demo's files, and a browser."""
+    source = ("--images", "images")
+
     def setUp(self):
         self.folder = Path(tempfile.mkdtemp())
         self.addCleanup(shutil.rmtree, self.folder)
@@ -57,7 +60,7 @@ class OperatedJob(unittest.TestCase):
 
     def serve(self, *words):
         self.server = subprocess.Popen(
-            [PANELCAL, "serve", "-m", "machine.toml", "--images", "images", "--address", "127.0.0.1:0", *words],
+            [PANELCAL, "serve", "-m", "machine.toml", *self.source, "--address", "127.0.0.1:0", *words],
             cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         self.addCleanup(self.server.stdout.close)
         self.addCleanup(self.server.wait)
@@ -89,6 +92,8 @@ class OperatedJob(unittest.TestCase):
         with urllib.request.urlopen(address + name) as answer:
             return answer.read().decode()
 
+
+class OperatedJob(Served):
     def test_a_job_is_set_up_with_a_target_that_is_not_seen_at_first(self):
         kept = (self.folder / "images" / COVERED).read_bytes()
         (self.folder / "images" / COVERED).write_bytes(grey_png())

@@ -27,7 +27,7 @@ def idle():
     return {"facts": "screen", "version": 1, "panelcal": "1.0", "machine": "Posalux 5", "source": "simulated machine",
             "programs": [{"name": "panel.exc", "size_bytes": 12345}, {"name": "small.exc", "size_bytes": 99}], "job": None,
             "view": {"frame": 1, "width_px": WIDTH_PX, "height_px": HEIGHT_PX, "um_per_px": 10.0, "place_mm": [12.5, 40.0]},
-            "calibration": None,
+            "calibration": None, "kinds": ["night", "camera"],
             "history": [{"kind": "camera", "entry": "12", "when": "2026-11-26T03:10:00Z", "in_force": True, "words": "scale 10.001 um"},
                         {"kind": "camera", "entry": "9", "when": "2026-11-25T03:10:00Z", "in_force": False, "words": "scale 10.002 um"}]}
 
@@ -44,7 +44,7 @@ def found(seq, **more):
 
 def with_job(state, **more):
     job = {"id": "2026-11-27-1", "program": "panel.exc", "state": state, "findings": [], "n_holes": 990,
-           "targets": [target(seq) for seq in range(6)], "series": [], "question": None, "verdict": None, "outputs": [], **more}
+           "targets": [target(seq) for seq in range(6)], "series": [], "question": None, "verdict": None, "outputs": [], "output_format": "excellon", **more}
     return {**idle(), "job": job}
 
 
@@ -61,10 +61,10 @@ def asking(question_id=3, **more):
     targets = [found(0), found(1), target(2, "rejected", reason="size 1.9 mm instead of 2.0 mm"), target(3), target(4), target(5)]
     question = {"id": question_id, "seq": 2, "reason": "rejected: size 1.9 mm instead of 2.0 mm",
                 "candidates": [{"at_px": [300, 250], "size_px": 80, "score": 0.91}, {"at_px": [420, 130], "size_px": 60, "score": 0.52}],
-                "choices": ["again", "search", "candidate", "hand", "skip", "leave_board_out", "stop"],
-                "why_not": {}, **more}
+                "choices": ["again", "search", "candidate", "hand", "skip", "leave_board_out", "keep", "stop"],
+                "jog_mm": 5, "exposure_us": 2000, "why_not": {}, **more}
     state = with_job("asking", targets=targets, question=question)
-    state["view"].update(frame=3, search={"at_px": [320, 256], "radius_px": 120}, lamp=40, exposure=2000, jog_mm=5)
+    state["view"].update(frame=3, search={"at_px": [320, 256], "radius_px": 120}, lamp=40)
     return state
 
 
@@ -209,7 +209,7 @@ class Screen(unittest.TestCase):
     def test_each_choice_answers_the_question_that_is_open(self):
         self.open(asking())
         expected = []
-        for i, (choice, more) in enumerate((("again", {}), ("candidate", {"index": 1}), ("skip", {}), ("leave_board_out", {}), ("stop", {}))):
+        for i, (choice, more) in enumerate((("again", {}), ("candidate", {"index": 1}), ("skip", {}), ("leave_board_out", {}), ("keep", {}), ("stop", {}))):
             self.station.say(asking(question_id=i))
             self.until("!document.body.classList.contains('busy')")
             self.page.settle()
@@ -221,20 +221,47 @@ class Screen(unittest.TestCase):
             self.until("document.getElementById('question').hidden")
 
     def test_only_the_choices_that_are_offered_have_a_button_and_the_others_say_why(self):
-        self.open(asking(choices=["again", "stop"], why_not={"skip": "a fit needs 3 targets", "jog": "pictures do not move"}))
+        self.open(asking(choices=["again", "stop"], jog_mm=None, exposure_us=None, why_not={
+            "skip": "a fit needs 3 targets", "jog": "pictures do not move", "lamp": "no lamp", "exposure": "no exposure to set"}))
         self.until("document.getElementById('do-again')")
-        self.assertEqual(self.page.count("#aim-search, #aim-hand, #do-skip, #do-leave_board_out, #do-candidate-0, .jog"), 0)
-        self.assertIn("a fit needs 3 targets", self.text("#question"))
+        self.assertEqual(self.page.count("#aim-search, #aim-hand, #do-skip, #do-leave_board_out, #do-candidate-0, .jog, #question input"), 0)
+        for said in ("a fit needs 3 targets", "no lamp", "no exposure to set"):
+            self.assertIn(said, self.text("#question"))
+
+    def test_what_a_person_has_to_do_is_told_and_done(self):
+        question = {"id": 7, "reason": "lay entry material on the coupon", "candidates": [], "choices": ["done", "stop"], "why_not": {}}
+        self.open(with_job("asking", question=question))
+        self.until("document.getElementById('do-done')")
+        self.assertIn("lay entry material on the coupon", self.text("#question h2"))
+        self.assertNotIn("#", self.text("#question h2"))
+        self.assertEqual(self.page.count("#do-again, #question input, .jog"), 0)
+        self.press("done")
+        self.arrived({"do": "answer", "question": 7, "choice": "done"})
+
+    def test_a_session_is_ended_by_logging_out(self):
+        self.open()
+        self.assertEqual(self.page.count("#do-log-out"), 0)
+        self.start_anew()
+        self.station.token = "secret"
+        self.page.open(self.station.address, quiet=False)
+        self.until("document.getElementById('token')")
+        self.script("document.getElementById('token').value = 'secret'; document.querySelector('.notice button').click()")
+        self.take()
+        self.press("log-out")
+        self.until("document.getElementById('token')")
+        self.assertEqual(self.script("return Object.keys(sessionStorage)"), [])
+        self.page.driver.get_log("browser")
 
     def test_lamp_and_exposure_go_with_looking_again(self):
         self.open(asking())
         self.until("document.getElementById('light-lamp')")
-        self.script("document.getElementById('light-lamp').value = '55'")
+        self.assertEqual(self.script("return document.getElementById('light-exposure').value"), "2000")
+        self.script("document.getElementById('light-lamp').value = '55'; document.getElementById('light-exposure').value = '3000'")
         # What is typed stays when the state changes in between.
         self.station.say(asking(reason="rejected again"))
         self.until("document.querySelector('#question h2').textContent.includes('again')")
         self.press("again")
-        self.arrived({"do": "answer", "question": 3, "choice": "again", "lamp": 55})
+        self.arrived({"do": "answer", "question": 3, "choice": "again", "lamp": 55, "exposure": 3000})
 
     def test_a_click_says_where_to_search_in_px_of_the_picture_at_any_size(self):
         for width_px, factor in ((400, 1), (1280, 1), (1280, 2), (2560, 3)):
@@ -419,13 +446,15 @@ class Screen(unittest.TestCase):
         state = idle()
         state["calibration"] = {"kind": "night", "state": "running", "lines": ["warm-up: 3 min", "camera: 21 marks"], "has_page": False}
         self.station.answers = lambda order: self.station.say(state)
-        # What the ledger has can be measured alone.
+        # What machine.toml has everything for can be measured alone.
         self.until("document.getElementById('do-calibrate-camera')")
         self.press("calibrate-night")
         self.arrived({"do": "calibrate", "kind": "night"})
         self.until("document.querySelector('#calibration').innerText.includes('camera: 21 marks')")
         self.assertEqual(self.page.count("#do-calibrate-night, #history details"), 0)
         self.assertEqual(self.page.count("#do-calibrate-table"), 0)
+        self.press("stop-calibration")
+        self.arrived({"do": "calibrate", "kind": "night"}, {"do": "stop"})
         finished = copy.deepcopy(state)
         finished["calibration"].update(state="done", verdict="may drill", has_page=True)
         self.station.say(finished)

@@ -13,6 +13,7 @@
 #include "machine/job/walk_terms.h"
 #include "program/judge/job_check.h"
 #include "program/judge/tally.h"
+#include "tools/check/drill_attributes.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/facts_output.h"
 #include <fmt/format.h>
@@ -75,11 +76,27 @@ std::string summary(const Program& program,
   job += fmt::format(
       ", {} in {} series", count(survey.measurements.size(), "target"), survey.series.size());
   if (!survey.probes.empty()) job += ", " + count(survey.probes.size(), "probe");
-  return fmt::format("{}: {}\n{}, no errors, {}\n",
+  const std::string stated = read_drill_attributes(program.source.bytes).text();
+  return fmt::format("{}: {}\n{}{}{}, no errors, {}\n",
                      escaped_controls(program.source.file),
                      program.head->reading(),
+                     escaped_controls(stated),
+                     stated.empty() ? "" : "\n",
                      job,
                      count(log.n_warnings(), "warning"));
+}
+
+/// Null where the program's comments state none.
+facts::Json attributes_json(const DrillAttributes& attributes) {
+  using facts::Json;
+  if (attributes.is_empty()) return {};
+  Json tools = Json::array();
+  for (const auto& [tool, function] : attributes.functions) {
+    tools.push_back({{"number", tool}, {"function", function}});
+  }
+  return {
+      {"file_function", attributes.file_function.empty() ? Json() : Json(attributes.file_function)},
+      {"tools", tools}};
 }
 
 /// What a check has found, as one JSON document: share/schema/check.schema.json.
@@ -98,6 +115,7 @@ facts::Json check_facts(const CheckOptions& options,
     const Tally& tally = checked->passing.tally;
     job = {{"language", name(checked->program.dialect)},
            {"reading", checked->program.head->reading()},
+           {"attributes", attributes_json(read_drill_attributes(checked->program.source.bytes))},
            {"tools", facts::tools_json(tally)},
            {"n_holes", tally.n_holes()},
            {"n_slots", tally.n_slots()},

@@ -4,10 +4,14 @@
 
 #include <algorithm>
 #include <iostream>
+#include <optional>
 
+#include "calib/base/append_format.h"
 #include "tools/cli/command_table.h"
 #include "tools/cli/help/help_text.h"
 #include "tools/cli/help/help_topics.h"
+#include "tools/cli/help/manual_page.h"
+#include "tools/cli/options/command_help.h"
 #include "tools/cli/options/completion.h"
 #include "tools/cli/options/parse_problem.h"
 #include "tools/cli/process/version.h"
@@ -30,14 +34,11 @@ class CommandLine {
         ->check(CLI::IsMember({"error", "warning", "info"}))
         ->capture_default_str();
     for (std::size_t i = 0; i < fillable_.size(); ++i) add(command_table()[i], fillable_[i]);
-    help_ =
-        app_.add_subcommand("help",
-                            "Explain a command, or list diagnostics, a language's commands or the "
-                            "keys of machine.toml");
+    help_ = app_.add_subcommand("help",
+                                "Explain a command or a topic; `panelcal help topics` lists them");
     help_->add_option("TOPIC",
                       help_topic_,
-                      "A command (`run`, `calibrate camera`), `diagnostics`, `excellon`, "
-                      "`sieb-meyer`, `machine.toml`, `machine.schema.json` or `completion.bash`");
+                      "A command (`run`, `calibrate camera`), or a topic such as `machine.toml`");
   }
 
   Expected<Options> parse(int argc, char** argv) {
@@ -92,12 +93,8 @@ class CommandLine {
   }
 
   Expected<Options> help() {
-    if (help_topic_ == std::vector<std::string>{"completion.bash"}) {
-      std::cout << bash_completion(app_);
-      return std::move(options_);
-    }
     if (help_topic_.size() == 1) {
-      if (const auto page = panelcal::help_topic(help_topic_.front())) {
+      if (const auto page = topic_page(help_topic_.front())) {
         std::cout << *page;
         return std::move(options_);
       }
@@ -106,11 +103,36 @@ class CommandLine {
     for (const std::string& word : help_topic_) {
       const auto subs = commands_of(*topic);
       const auto found = std::ranges::find(subs, word, &CLI::App::get_name);
-      if (found == subs.end()) return failure(unknown_command(*topic, word));
+      if (found == subs.end()) return failure(unknown_topic(*topic, word));
       topic = *found;
     }
     std::cout << topic->help(topic == &app_ ? "" : full_name(*topic->get_parent()));
     return std::move(options_);
+  }
+
+  /// What is made of the command line itself, or of the tables that help_topics.h has.
+  std::optional<std::string> topic_page(const std::string& topic) const {
+    if (topic == "topics") return topics_page();
+    const std::vector<CommandHelp> commands = command_help(app_);
+    if (topic == "completion.bash") return bash_completion(commands);
+    if (topic == "completion.fish") return fish_completion(commands);
+    if (topic == "completion.zsh") return zsh_completion(commands);
+    const auto page = std::ranges::find(commands, topic, manual_page_name);
+    if (page != commands.end()) return manual_page(*page, kVersion);
+    return panelcal::help_topic(topic);
+  }
+
+  std::string topics_page() const {
+    std::string out = "Commands (`panelcal help COMMAND`)\n";
+    for (const CommandHelp& command : command_help(app_)) {
+      if (command.name.empty() || command.name == "help") continue;
+      internal::append_format(out, "  {:<26} {}\n", command.name, command.summary);
+    }
+    out += "\nTopics (`panelcal help TOPIC`)\n";
+    for (const HelpTopic& topic : help_topics()) {
+      internal::append_format(out, "  {:<26} {}\n", topic.name, topic.summary);
+    }
+    return out;
   }
 
   Expected<Options> refuse(const CLI::ParseError& error) {
@@ -123,6 +145,12 @@ class CommandLine {
       const auto word = std::ranges::find_if(
           extras, [](const std::string& extra) { return !extra.starts_with('-'); });
       if (word != extras.end()) return failure(unknown_command(command(), *word));
+      if (extras.empty()) return failure(missing_command(command()));
+    }
+    const auto option = std::ranges::find_if(
+        extras, [](const std::string& extra) { return extra.starts_with("--"); });
+    if (option != extras.end()) {
+      if (auto unknown = misspelt_option(*option)) return failure(std::move(*unknown));
     }
     // The name of this error is that of the command.
     const bool has_extras = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
@@ -136,18 +164,69 @@ class CommandLine {
     return app.get_subcommands([](const CLI::App*) { return true; });
   }
 
-  static Diagnostic unknown_command(const CLI::App& of, const std::string& word) {
+  static std::vector<std::string> names_of_commands(const CLI::App& of) {
     const auto subs = commands_of(of);
     std::vector<std::string> names(subs.size());
     std::ranges::transform(
         subs, names.begin(), [](const CLI::App* sub) { return sub->get_name(); });
-    const std::string_view near =
-        nearest_word(word, std::vector<std::string_view>(names.begin(), names.end()));
+    return names;
+  }
+
+  static std::string nearest_of(const std::string& word, const std::vector<std::string>& names) {
+    return std::string(
+        nearest_word(word, std::vector<std::string_view>(names.begin(), names.end())));
+  }
+
+  static Diagnostic unknown(std::string of,
+                            std::string what,
+                            const std::string& near,
+                            std::string expected) {
+    return {Code::Usage,
+            {std::move(of), 0, 0},
+            std::move(what),
+            near.empty() ? std::move(expected) : "did you mean " + quoted(near) + "?"};
+  }
+
+  static Diagnostic unknown_command(const CLI::App& of, const std::string& word) {
+    const auto names = names_of_commands(of);
+    return unknown(full_name(of),
+                   "unknown command " + quoted(word),
+                   nearest_of(word, names),
+                   fmt::format("one of {}", fmt::join(names, ", ")));
+  }
+
+  static Diagnostic unknown_topic(const CLI::App& of, const std::string& word) {
+    auto names = names_of_commands(of);
+    if (of.get_parent() == nullptr) {
+      for (const HelpTopic& topic : help_topics()) names.emplace_back(topic.name);
+    }
+    return unknown(full_name(of),
+                   "unknown topic " + quoted(word),
+                   nearest_of(word, names),
+                   "a topic that `panelcal help topics` lists");
+  }
+
+  static Diagnostic missing_command(const CLI::App& of) {
     return {Code::Usage,
             {full_name(of), 0, 0},
-            "unknown command " + quoted(word),
-            near.empty() ? fmt::format("one of {}", fmt::join(names, ", "))
-                         : "did you mean " + quoted(near) + "?"};
+            "missing command",
+            fmt::format("one of {}; `panelcal help topics` explains them",
+                        fmt::join(names_of_commands(of), ", "))};
+  }
+
+  /// Of a word that is near an option of the command.
+  std::optional<Diagnostic> misspelt_option(const std::string& word) const {
+    const std::string name = full_name(command());
+    std::vector<std::string> names;
+    for (const CommandHelp& of : command_help(app_)) {
+      if (!of.name.empty() && of.name != table_name(name)) continue;
+      for (const OptionHelp& option : of.options) {
+        names.insert(names.end(), option.names.begin(), option.names.end());
+      }
+    }
+    const std::string near = nearest_of(word.substr(0, word.find('=')), names);
+    if (near.empty() || near == word) return std::nullopt;
+    return unknown(name, "unknown option " + quoted(word), near, "");
   }
 
   CLI::App app_{std::string(kMainHeader), "panelcal"};

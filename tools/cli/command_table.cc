@@ -6,6 +6,7 @@
 
 #include "tools/cli/help/align_pages.h"
 #include "tools/cli/help/apply_pages.h"
+#include "tools/cli/help/batch_pages.h"
 #include "tools/cli/help/calibrate_pages.h"
 #include "tools/cli/help/history_pages.h"
 #include "tools/cli/help/job_pages.h"
@@ -61,6 +62,12 @@ constexpr auto kCommands = std::to_array<CommandRow>({
         "locate", "Find a target in pictures", pages::kLocate),
     row<SynthOptions, add_synth_options>(
         "synth", "Render the pictures a program asks for, with their truth", pages::kSynth),
+    row<BatchOptions, add_batch_options>(
+        "batch", "Do many jobs on all cores, and go on where it was ended", pages::kBatch),
+    row<BatchReportOptions, add_batch_report_options, batch::report>(
+        "batch report", "Write a page of what a batch has found", pages::kBatchReport),
+    row<BatchReportOptions, add_batch_show_options, batch::show>(
+        "batch show", "Print what a batch has found", pages::kBatchShow),
     {"calibrate", "Calibrate a part of the machine", pages::kCalibrate},
     row<CalibrateOptions, add_calibrate_spindle_camera_options, calibrate::spindle_camera>(
         "calibrate spindle-camera",
@@ -71,6 +78,14 @@ constexpr auto kCommands = std::to_array<CommandRow>({
         "Find scale, rotation, tilt and lens of the camera, from one mark seen all over the "
         "picture",
         pages::kCalibrateCamera),
+    row<CalibrateOptions, add_calibrate_camera_import_options, calibrate::camera_import>(
+        "calibrate camera-import",
+        "Make a calibration of a camera model of OpenCV, ROS or mrcal",
+        pages::kCalibrateCameraImport),
+    row<CalibrateOptions, add_calibrate_camera_export_options, calibrate::camera_export>(
+        "calibrate camera-export",
+        "Write a calibration's lens as a camera model of OpenCV, ROS or mrcal",
+        pages::kCalibrateCameraExport),
     row<CalibrateOptions, add_calibrate_table_options, calibrate::table>(
         "calibrate table",
         "Find scale, squareness, straightness and the error map of the table, from looks at a "

@@ -35,6 +35,7 @@ Expected<Answer> run_command(const RunOptions& options, CommandContext& context)
 Expected<Answer> run_command(const TranslateOptions& options, CommandContext& context);
 Expected<Answer> run_command(const LocateCommandOptions& options, CommandContext& context);
 Expected<Answer> run_command(const SynthOptions& options, CommandContext& context);
+Expected<Answer> run_command(const BatchOptions& options, CommandContext& context);
 Expected<Answer> run_command(const NightlyOptions& options, CommandContext& context);
 Expected<Answer> run_command(const ServeOptions& options, CommandContext& context);
 
@@ -46,9 +47,16 @@ Expected<Answer> apply(const ApplyOptions& options, CommandContext& context);
 Expected<Answer> filter(const ApplyOptions& options, CommandContext& context);
 }  // namespace align
 
+namespace batch {
+Expected<Answer> report(const BatchReportOptions& options, CommandContext& context);
+Expected<Answer> show(const BatchReportOptions& options, CommandContext& context);
+}  // namespace batch
+
 namespace calibrate {
 Expected<Answer> spindle_camera(const CalibrateOptions& options, CommandContext& context);
 Expected<Answer> camera(const CalibrateOptions& options, CommandContext& context);
+Expected<Answer> camera_import(const CalibrateOptions& options, CommandContext& context);
+Expected<Answer> camera_export(const CalibrateOptions& options, CommandContext& context);
 Expected<Answer> table(const CalibrateOptions& options, CommandContext& context);
 Expected<Answer> surface(const CalibrateOptions& options, CommandContext& context);
 Expected<Answer> focus(const CalibrateOptions& options, CommandContext& context);

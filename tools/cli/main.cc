@@ -10,6 +10,7 @@
 #include "tools/cli/command_line.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/output_paths.h"
+#include "tools/cli/process/kept_memory.h"
 #include "tools/cli/process/memory_limit.h"
 #include "tools/modules/module.h"
 
@@ -33,6 +34,7 @@ int run(int argc, char** argv) {
   // without a word.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
+  keep_freed_memory();
   const Expected<Options> options = parse_options(argc, argv);
   if (!options) {
     Console(CommonOptions{}).print(options.error());

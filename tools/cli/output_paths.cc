@@ -170,10 +170,10 @@ Expected<void> check_outputs(const Options& options, const FileRegister& files) 
   return {};
 }
 
-Expected<void> check_patterns(const Options& options, const Program& program, FileRegister& files) {
+bool add_pattern_files(const Program& program, FileRegister& files) {
   const std::string& beside = program.reading.format_beside.file;
   const bool has_subprograms = program.dialect == Dialect::SiebMeyer;
-  if (beside.empty() && program.patterns.empty() && !has_subprograms) return {};
+  if (beside.empty() && program.patterns.empty() && !has_subprograms) return false;
   if (!beside.empty()) files.add(beside, "the number format of the drill files beside it");
   for (const auto& [name, text] : program.patterns) files.add(text.file, "a stored pattern");
   if (has_subprograms) {
@@ -182,7 +182,11 @@ Expected<void> check_patterns(const Options& options, const Program& program, Fi
       files.add(file, "a file of subprograms");
     }
   }
-  return check_outputs(options, files);
+  return true;
+}
+
+Expected<void> check_patterns(const Options& options, const Program& program, FileRegister& files) {
+  return add_pattern_files(program, files) ? check_outputs(options, files) : Expected<void>();
 }
 
 }  // namespace panelcal

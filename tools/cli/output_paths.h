@@ -36,6 +36,12 @@ Expected<void> check_output(const Options& options,
                             const FileRegister& files,
                             const std::filesystem::path& output);
 
+/// Notes the files that only the program names: stored patterns, subprograms, and nc_param.txt
+/// beside it.
+///
+/// Out    false if there are none
+bool add_pattern_files(const Program& program, FileRegister& files);
+
 /// The same once a program is read: the stored patterns that it names are files in use too, and so
 /// is nc_param.txt beside it.
 Expected<void> check_patterns(const Options& options, const Program& program, FileRegister& files);

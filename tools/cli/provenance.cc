@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <iterator>
 #include <system_error>
 #include <utility>
 
@@ -33,15 +34,19 @@ Provenance provenance_of(const Options& options,
   Provenance provenance = {{"made by", std::string("panelcal ") + kVersion},
                            command_line_row(options),
                            {"sha256 " + program.source.file, sha256(program.source.bytes)}};
-  const auto add = [&](const std::string& file) {
-    if (file.empty()) return;
-    if (const auto bytes = read_file(file)) {
-      provenance.emplace_back("sha256 " + file, sha256(*bytes));
-    }
-  };
-  add(program.head->format_file);
-  std::ranges::for_each(files, add);
+  std::vector<std::string> read = {program.head->format_file};
+  read.insert(read.end(), files.begin(), files.end());
+  std::ranges::move(file_digests(read), std::back_inserter(provenance));
   return provenance;
+}
+
+Provenance file_digests(const std::vector<std::string>& files) {
+  Provenance rows;
+  for (const std::string& file : files) {
+    if (file.empty()) continue;
+    if (const auto bytes = read_file(file)) rows.emplace_back("sha256 " + file, sha256(*bytes));
+  }
+  return rows;
 }
 
 Provenance ledger_head_row(const std::filesystem::path& ledger) {

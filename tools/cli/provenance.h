@@ -26,6 +26,9 @@ Provenance provenance_of(const Options& options,
                          const Program& program,
                          const std::vector<std::string>& files);
 
+/// Rows of their SHA-256, of those that can be read; empty names are left out.
+Provenance file_digests(const std::vector<std::string>& files);
+
 /// The row "ledger head" of a page, as `history verify --against` reads it; none where there is no
 /// ledger. One that cannot be read is said, and keeps no page from being written.
 Provenance ledger_head_row(const std::filesystem::path& ledger);

@@ -15,6 +15,7 @@
 #include "tools/locate/answer.h"
 #include "tools/locate/located_json.h"
 #include "tools/locate/overlay_paths.h"
+#include "tools/locate/search.h"
 #include "tools/locate/suggest_command.h"
 #include "vision/locate/locate.h"
 #include "vision/picture/files/image_io.h"
@@ -30,23 +31,14 @@ using Path = std::filesystem::path;
 using internal::locate_usage;
 
 /// One call of the command: what is looked for, how, and where the overlays go.
-struct Search {
-  MachineConfig config;
-  Target target;
-  std::optional<CameraMapping> mapping;
+struct Search : TargetSearch {
   std::vector<Path> overlays;  ///< of the images, or empty
 };
 
 Expected<Search> prepare(const LocateCommandOptions& options, const CommandContext& context) {
-  PANELCAL_TRY(MachineConfig config, read_machine_config(options.machine));
-  const auto tool = config.vision_tools.find(*options.tool);
-  if (tool == config.vision_tools.end()) {
-    return failure({Code::VisionToolUndefined,
-                    {options.machine, 0, 0},
-                    fmt::format("vision tool {}", *options.tool),
-                    fmt::format("[[vision.tool]] with number = {}", *options.tool)});
-  }
-  Search search{std::move(config), tool->second, std::nullopt, {}};
+  PANELCAL_TRY(const MachineConfig config, read_machine_config(options.machine));
+  PANELCAL_TRY(TargetSearch target, target_search(config, *options.tool));
+  Search search{std::move(target), {}};
   if (!options.at_px.empty()) {
     const double x_px = options.at_px[0];
     const double y_px = options.at_px[1];
@@ -57,11 +49,8 @@ Expected<Search> prepare(const LocateCommandOptions& options, const CommandConte
               "--at {},{} --radius {} is no place to search", x_px, y_px, *options.radius_px),
           "numbers, and a radius of at least 1 px"));
     }
-    search.config.locate.search_center = position_px<frame::Image>(Eigen::Vector2d(x_px, y_px));
-    search.config.locate.search_radius = px(*options.radius_px);
-  }
-  if (search.config.camera && search.target.size) {
-    search.mapping = search.config.camera->mapping();
+    search.options.search_center = position_px<frame::Image>(Eigen::Vector2d(x_px, y_px));
+    search.options.search_radius = px(*options.radius_px);
   }
   if (!options.overlay.empty()) {
     PANELCAL_TRY(search.overlays, internal::make_overlay_paths(options, context));
@@ -69,26 +58,10 @@ Expected<Search> prepare(const LocateCommandOptions& options, const CommandConte
   return search;
 }
 
-Expected<void> check_picture_size(const std::string& file,
-                                  const Image& image,
-                                  const Search& search) {
-  if (!search.mapping) return {};
-  const auto& camera = *search.config.camera;
-  if (image.width() == camera.picture_width_px && image.height() == camera.picture_height_px) {
-    return {};
-  }
-  return failure({Code::PictureMismatch,
-                  {file, 0, 0},
-                  fmt::format("the picture has {} x {} px", image.width(), image.height()),
-                  fmt::format("{} x {} px, for which [camera] is calibrated",
-                              camera.picture_width_px,
-                              camera.picture_height_px)});
-}
-
 /// A target's middle is in its picture, so a place elsewhere is a mistake.
 Expected<void> check_place(const std::string& file, const Image& image, const Search& search) {
-  if (!search.config.locate.search_center) return {};
-  const Eigen::Vector2d& at_px = search.config.locate.search_center->in_px();
+  if (!search.options.search_center) return {};
+  const Eigen::Vector2d& at_px = search.options.search_center->in_px();
   const double right_px = image.width() - 0.5;
   const double bottom_px = image.height() - 0.5;
   if (at_px.x() >= -0.5 && at_px.x() <= right_px && at_px.y() >= -0.5 && at_px.y() <= bottom_px) {
@@ -109,8 +82,8 @@ Expected<std::string> overlay_of(const std::string& file,
                                                     Path(file).filename().string(),
                                                     search.target.number,
                                                     name(search.target.shape)),
-                               .search_center = search.config.locate.search_center,
-                               .search_radius = search.config.locate.search_radius};
+                               .search_center = search.options.search_center,
+                               .search_radius = search.options.search_radius};
   return encode_overlay(image, detection, overlay);
 }
 
@@ -126,11 +99,11 @@ Expected<Located> locate_one(const std::string& file,
                              const LocateCommandOptions& options,
                              const Search& search) {
   PANELCAL_TRY(Image image, read_image(file));
-  image = understood(std::move(image), search.config.picture_form);
+  image = understood(std::move(image), search.form);
   PANELCAL_CHECK(check_picture_size(file, image, search));
   PANELCAL_CHECK(check_place(file, image, search));
-  const Detection detection = locate(
-      image, search.target, search.mapping ? &*search.mapping : nullptr, search.config.locate);
+  const Detection detection =
+      locate(image, search.target, search.mapping ? &*search.mapping : nullptr, search.options);
   Located located{
       located_row({file, *options.tool, options.lists_candidates}, detection), "", detection};
   if (search.overlays.empty()) return located;

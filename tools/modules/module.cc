@@ -12,6 +12,13 @@
 namespace panelcal::modules {
 namespace {
 
+/// The Debian package of a module that the program does without, for its remedy; else empty.
+std::string_view package_of(std::string_view file) {
+  if (file == "libpanelcal_gige.so") return "panelcal-cameras";
+  if (file == "libpanelcal_http.so") return "panelcal-serve";
+  return "";
+}
+
 [[noreturn]] void fail_loading(const std::string& path, std::string_view why) {
   throw ModuleError(fmt::format("module not usable: \"{}\": {}", path, why));
 }
@@ -35,7 +42,11 @@ const void* load_functions(const char* file) {
   if (face == nullptr) {
     const char* const why = dlerror();
     if (why != nullptr && is_of_memory(why)) throw std::bad_alloc();
-    fail_loading(path, why != nullptr ? why : "not a module");
+    std::string reason = why != nullptr ? why : "not a module";
+    if (const auto package = package_of(file); !package.empty()) {
+      reason += fmt::format("; the Debian package {} has it", package);
+    }
+    fail_loading(path, reason);
   }
   const auto& module = *static_cast<const PanelcalModule*>(face);
   if (std::string_view(module.version) != PANELCAL_VERSION) {

@@ -9,10 +9,14 @@ inline constexpr const char* kSqliteModule = "libpanelcal_sqlite.so";
 
 /// The functions of SQLite that calib/ledger/database/sqlite.cc calls, with their parameters.
 #define PANELCAL_SQLITE_FUNCTIONS(X)                                                         \
+  X(int, bind_double, (sqlite3_stmt * s, int i, double v), (s, i, v))                        \
+  X(int, bind_null, (sqlite3_stmt * s, int i), (s, i))                                       \
   X(int, bind_int64, (sqlite3_stmt * s, int i, sqlite3_int64 v), (s, i, v))                  \
   X(int, busy_timeout, (sqlite3 * db, int ms), (db, ms))                                     \
   X(int, close, (sqlite3 * db), (db))                                                        \
   X(const void*, column_blob, (sqlite3_stmt * s, int i), (s, i))                             \
+  X(int, column_count, (sqlite3_stmt * s), (s))                                              \
+  X(double, column_double, (sqlite3_stmt * s, int i), (s, i))                                \
   X(int, column_bytes, (sqlite3_stmt * s, int i), (s, i))                                    \
   X(sqlite3_int64, column_int64, (sqlite3_stmt * s, int i), (s, i))                          \
   X(int, column_type, (sqlite3_stmt * s, int i), (s, i))                                     \

@@ -129,7 +129,7 @@ Json hole(const NightHole& h) {
 /// As `panelcal surface fit` has a map.
 Json surface_map(const StoredMap& probed) {
   const surface::MadeMap made = surface::made_map(
-      {probed.points, ZonedMap(probed.map), probed.sources, probed.made_by}, {}, {});
+      {probed.points, ZonedMap(probed.map), probed.sources, probed.made_by}, {}, {}, {});
   return surface::made_facts(made, {});
 }
 

@@ -239,6 +239,7 @@ class RunCommand {
   }
 
   Expected<void> tell_measured(const Survey& survey) {
+    if (job_.aligned) context_.console.say("the panel is known by " + aligned_words_);
     context_.console.say(fits_summary(survey));
     if (!options_.save_measurements.empty()) {
       PANELCAL_CHECK(

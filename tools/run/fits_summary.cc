@@ -160,6 +160,12 @@ std::string fits_summary(const Survey& survey) {
                             n_found,
                             n_skipped > 0 ? fmt::format(", {} skipped", n_skipped) : "");
   }
+  for (const SeriesResult* const board : survey.left_out_boards()) {
+    internal::append_format(out,
+                            "board {} (line {}) is left out: nothing of it is drilled\n",
+                            fmt::join(board->path, "."),
+                            board->line);
+  }
   out += probes_summary(survey);
   out += assignments_summary(survey) + causes_summary(survey);
   std::size_t n_nested = 0;

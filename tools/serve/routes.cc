@@ -99,6 +99,19 @@ const JobFile* job_file_of(std::string_view name) {
   return found == kJobFiles.end() ? nullptr : found;
 }
 
+Header session_header(const Request& request,
+                      const std::string& session,
+                      std::chrono::seconds length) {
+  // Of a proxy that ends TLS the origin tells.
+  const bool is_https = request.is_encrypted || request.header("origin").starts_with("https://");
+  return {"Set-Cookie",
+          fmt::format("{}={}; Path=/; HttpOnly; SameSite=Strict; Max-Age={}{}",
+                      session_cookie(request),
+                      session,
+                      length.count(),
+                      is_https ? "; Secure" : "")};
+}
+
 }  // namespace
 
 Response Service::page(const Request& /*request*/, const Target& /*target*/) {
@@ -114,7 +127,10 @@ Response Service::style(const Request& /*request*/, const Target& /*target*/) {
 }
 
 Response Service::state(const Request& /*request*/, const Target& /*target*/) {
-  return reply(200, kJsonType, *parts_.announcer.latest().state);
+  Response response = reply(200, kJsonType, *parts_.announcer.latest().state);
+  // So that the screen offers to log out.
+  if (parts_.login != nullptr) response.headers.push_back({"X-Panelcal-Session", "open"});
+  return response;
 }
 
 Response Service::events(const Request& request, const Target& target) {
@@ -194,15 +210,21 @@ Response Service::log_in(const Request& request, const Target& /*target*/) {
   if (answer.session.empty()) {
     return error_reply(401, "wrong token", "the token that panelcal serve printed");
   }
-  // Of a proxy that ends TLS the origin tells.
-  const bool is_https = request.is_encrypted || request.header("origin").starts_with("https://");
   Response response = reply(200, kJsonType, "{}\n");
-  response.headers.push_back({"Set-Cookie",
-                              fmt::format("{}={}; Path=/; HttpOnly; SameSite=Strict; Max-Age={}{}",
-                                          session_cookie(request),
-                                          answer.session,
-                                          std::chrono::seconds(Login::kSessionLength).count(),
-                                          is_https ? "; Secure" : "")});
+  response.headers.push_back(
+      session_header(request, answer.session, std::chrono::seconds(Login::kSessionLength)));
+  return response;
+}
+
+/// Ends the session and gives the controls back, if this screen has them.
+Response Service::log_out(const Request& request, const Target& /*target*/) {
+  if (parts_.controls.give_back(request.header("x-panelcal-controls"))) {
+    parts_.announcer.announce_controls();
+  }
+  Response response = reply(200, kJsonType, "{}\n");
+  if (parts_.login == nullptr) return response;
+  parts_.login->log_out(cookie_of(request.header("cookie"), session_cookie(request)));
+  response.headers.push_back(session_header(request, "", std::chrono::seconds(0)));
   return response;
 }
 

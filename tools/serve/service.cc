@@ -31,7 +31,7 @@ const Service::Route* Service::find_route(const Target& target) {
   using enum Route::Needs;
   constexpr std::string_view kJson = "application/json";
   constexpr std::string_view kBytes = "application/octet-stream";
-  static constexpr std::array<Route, 12> kRoutes = {{
+  static constexpr std::array<Route, 13> kRoutes = {{
       {"GET", "/", Nothing, "", 0, &Service::page},
       {"GET", "/app.js", Nothing, "", 0, &Service::script},
       {"GET", "/app.css", Nothing, "", 0, &Service::style},
@@ -41,6 +41,7 @@ const Service::Route* Service::find_route(const Target& target) {
       {"GET", "/api/calibration/report.html", Login, "", 0, &Service::calibration_page},
       {"GET", "/api/jobs/", Login, "", 0, &Service::job_file},
       {"POST", "/api/login", Nothing, kJson, kMaxCommand_bytes, &Service::log_in},
+      {"POST", "/api/logout", Login, kJson, kMaxCommand_bytes, &Service::log_out},
       {"POST", "/api/controls", Login, kJson, kMaxCommand_bytes, &Service::change_controls},
       {"POST", "/api/command", Controls, kJson, kMaxCommand_bytes, &Service::command},
       {"POST", "/api/programs", Controls, kBytes, kMaxProgram_bytes, &Service::add_program},

@@ -78,6 +78,7 @@ class Service final : public HttpService {
   Response job_file(const Request& request, const Target& target);
   Response send_file(const std::string& job_id, const std::string& name);
   Response log_in(const Request& request, const Target& target);
+  Response log_out(const Request& request, const Target& target);
   Response change_controls(const Request& request, const Target& target);
   Response command(const Request& request, const Target& target);
   Response add_program(const Request& request, const Target& target);

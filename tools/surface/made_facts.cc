@@ -179,6 +179,14 @@ Json made_facts(const MadeMap& made, const Provenance& provenance) {
   Json out = surface_envelope("fit");
   out["map"] = made.file;
   out["probes"] = made.stored.points.size();
+  for (const ProbeSource& source : made.sources) {
+    out["sources"].push_back({{"file", source.file},
+                              {"format", name_of(source.format)},
+                              {"unit", source.unit},
+                              {"zero", source.zero},
+                              {"probes", source.n_probes},
+                              {"missing", source.n_missing}});
+  }
   out["zones"] = Json::array();
   for (std::size_t i = 0; i < made.zones.size(); ++i) out["zones"].push_back(zone_facts(made, i));
   out["voids"] = voids_facts(made.stored.map.voids());

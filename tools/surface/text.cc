@@ -137,6 +137,22 @@ std::string zone_text(const MadeZone& zone) {
   return out + and_more(map.outliers().size());
 }
 
+/// The format, unit and zero of each file.
+std::string source_lines(const MadeMap& made) {
+  std::string out;
+  for (std::size_t i = 0; i < std::min(made.sources.size(), kShown); ++i) {
+    const ProbeSource& source = made.sources[i];
+    out += map_line("read",
+                    fmt::format("{}: format {}, {}; unit {}; from {}",
+                                source.file,
+                                name_of(source.format),
+                                amount(source.n_probes, "probe"),
+                                source.unit,
+                                source.zero));
+  }
+  return out + and_more(made.sources.size());
+}
+
 std::string unused_lines(const MadeMap& made) {
   const auto unused = made.stored.map.unused();
   if (unused.empty()) return {};
@@ -164,8 +180,11 @@ std::string missing_lines(const MadeMap& made) {
 
 }  // namespace
 
-MadeMap made_map(StoredZones stored, std::vector<MissingProbe> missing, std::string file) {
-  MadeMap out{std::move(stored), {}, std::move(missing), std::move(file)};
+MadeMap made_map(StoredZones stored,
+                 std::vector<MissingProbe> missing,
+                 std::string file,
+                 std::vector<ProbeSource> sources) {
+  MadeMap out{std::move(stored), {}, std::move(missing), std::move(file), std::move(sources)};
   const ZonedMap& map = out.stored.map;
   for (std::size_t i = 0; i < map.maps().size(); ++i) {
     StoredMap zone = out.stored.zone(i);
@@ -189,6 +208,7 @@ std::string made_text(const MadeMap& made) {
                                             : "over " + size_text(made.zones[0].stored),
                            made.file.empty() ? "" : ", written to ",
                            made.file));
+  out += source_lines(made);
   if (!voids.all().empty()) out += map_line("voids", voids_text(voids));
   if (!made.has_zones()) out += zone_text(made.zones[0]);
   out += unused_lines(made) + missing_lines(made);

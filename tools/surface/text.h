@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -17,17 +18,30 @@ struct MadeZone {
   MapFacts facts;
 };
 
+/// A file of probes that was read.
+struct ProbeSource {
+  std::string file;
+  ProbeFormat format = ProbeFormat::RecordedProbes;
+  std::string unit, zero;  ///< as ProbeFile
+  std::size_t n_probes = 0;
+  std::size_t n_missing = 0;
+};
+
 /// A map that was just made, and what about its probes the map itself does not keep.
 struct MadeMap {
   StoredZones stored;
   std::vector<MadeZone> zones;        ///< one without zones
   std::vector<MissingProbe> missing;  ///< places that were to be probed and have no height
   std::string file;                   ///< of the map
+  std::vector<ProbeSource> sources;   ///< in the order that they were read in
 
   bool has_zones() const { return !stored.map.zones().empty(); }
 };
 
-MadeMap made_map(StoredZones stored, std::vector<MissingProbe> missing, std::string file);
+MadeMap made_map(StoredZones stored,
+                 std::vector<MissingProbe> missing,
+                 std::string file,
+                 std::vector<ProbeSource> sources);
 
 /// "2.7 um"
 std::string um_text(Length value);

@@ -5,8 +5,6 @@ import { minuteText } from "../base/format.js";
 import { language, word, wordOf } from "../base/words.js";
 import { actionButton, command, desk, fieldValue, form, isMine } from "./desk.js";
 
-/** What can be measured alone; it is offered where the ledger has it. */
-const measuredAlone = ["spindle-camera", "camera", "table", "focus", "light", "settle", "surface"];
 const runChips = { running: "suspect", done: "good", failed: "refused" };
 /** Of a longer ledger the screen shows the newest. */
 const mostEntries = 60;
@@ -18,10 +16,10 @@ function isFree() {
 }
 
 export function calibrationPart() {
-  const { calibration, history = [] } = desk.state;
-  const kinds = measuredAlone.filter((kind) => history.some((entry) => entry.kind === kind));
-  const buttons = isMine() && isFree() && ["night", ...kinds].map((kind) =>
-    actionButton(`calibrate-${kind}`, wordOf("serve_kind", kind), () => command({ do: "calibrate", kind })));
+  const { calibration, kinds = [] } = desk.state;
+  const start = (/** @type {string} */ kind) => actionButton(`calibrate-${kind}`, wordOf("serve_kind", kind), () => command({ do: "calibrate", kind }));
+  const buttons = isMine() && (isFree() && kinds.length > 0 ? kinds.map(start)
+    : calibration?.state === "running" && actionButton("stop-calibration", word("serve_order_stop"), () => command({ do: "stop" })));
   if (!buttons && !calibration) return null;
   return [element("h2", {}, word("serve_calibrate")),
     buttons && element("div", { class: "controls" }, buttons),

@@ -17,7 +17,6 @@ export class Refusal extends Error {
   constructor(said, status) {
     super(said.what ?? `HTTP ${status}`);
     this.expected = said.expected ?? "";
-    this.status = status;
   }
 }
 
@@ -36,6 +35,8 @@ export class Connection {
     /** Answers to a request before the last one do not count. */
     this.attempt = 0;
     this.heard_ms = 0;
+    /** A token was asked for. */
+    this.hasSession = false;
     setInterval(() => {
       if (this.stream && Date.now() - this.heard_ms > longestSilence_ms) this.ask(this.attempt);
     }, pause_ms);
@@ -88,6 +89,7 @@ export class Connection {
         return false;
       }
       if (!response.ok) throw new Refusal({}, response.status);
+      this.hasSession = response.headers.has("X-Panelcal-Session");
       const document = await response.json();
       if (attempt !== this.attempt) return false;
       this.listener.condition("open");
@@ -143,8 +145,10 @@ export class Connection {
     await this.open();
   }
 
-  async giveBack() {
-    await this.send("api/controls", { take: false });
+  /** Gives the controls back, and ends the session if that is wanted.
+   * @param {boolean} isOver */
+  async leave(isOver) {
+    await (isOver ? this.send("api/logout", {}) : this.send("api/controls", { take: false }));
     sessionStorage.removeItem(keyName);
     await this.open();
   }

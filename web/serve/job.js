@@ -8,9 +8,7 @@ import { act, actionButton, command, connection, desk, field, fieldValue, form, 
 
 const stateChips = { checked: "plain", measuring: "suspect", asking: "refused", done: "good", held: "refused", failed: "refused",
   stopped: "suspect", resumable: "suspect" };
-const targetChips = { waiting: "plain", looking: "suspect", found: "good", skipped: "suspect" };
-/** Residuals of fewer targets than this say nothing on a map. */
-const fewestArrows = 2;
+const targetChips = { waiting: "plain", looking: "suspect", found: "good", skipped: "suspect", board_left_out: "suspect" };
 
 /**
  * What a job has left behind, in a window of its own.
@@ -64,7 +62,7 @@ function jobButtons() {
 
 /** Targets that are found or left out. */
 export function n_decided() {
-  return job()?.targets.filter((one) => ["found", "skipped"].includes(one.status)).length ?? 0;
+  return job()?.targets.filter((one) => ["found", "skipped", "board_left_out"].includes(one.status)).length ?? 0;
 }
 
 export function jobPart() {
@@ -90,8 +88,7 @@ function targetRow(target) {
     element("span", { class: "quiet" }, `${target.command}, ${word("line")} ${target.line}${path}`),
     residual && element("span", {}, `${word("residual")} ${micrometres(Math.hypot(...residual), 2)}`),
     sigma && element("span", { class: "quiet" }, `${word("sigma")} ${micrometres(Math.max(...sigma), 2)}`),
-    by && by !== "camera" && element("span", {}, word("serve_by", { how: wordOf("serve_by", by), who: who ?? "",
-      when: when ? timeText(secondsOf(when)).slice(11) : "" })),
+    who && element("span", {}, word("serve_by", { how: wordOf("serve_by", by), who, when: timeText(secondsOf(when)).slice(11) })),
     target.has_picture && jobLink(`picture-${seq}.jpg`, word("serve_picture")),
     reason && element("span", { class: "reason", lang: "en" }, reason));
 }
@@ -131,18 +128,15 @@ export function targetsPart() {
   return { node, show };
 }
 
-/** Of a large job the map follows in this many steps. */
-const mapSteps = 100;
-
-/** How far the map has to follow. */
+/** How far the map has to follow: of a large job in a hundred steps. */
 export function mapStep() {
-  return Math.floor(n_decided() / Math.max(1, (job()?.targets.length ?? 0) / mapSteps));
+  return Math.floor(n_decided() / Math.max(1, (job()?.targets.length ?? 0) / 100));
 }
 
 /** The panel with its targets: residuals as arrows, crosses where one is missing or still to come. */
 export function panelPart() {
   const { targets = [] } = job() ?? {};
-  if (targets.length < fewestArrows) return null;
+  if (targets.length < 2) return null;  // residuals of one say nothing on a map
   const places = targets.map((one) => {
     const { seq, nominal_mm: at_mm, residual_um: residual } = one;
     return { at_mm, vector_mm: (residual ?? [0, 0]).map((/** @type {number} */ um) => um / 1e3), name: `#${seq}`,
@@ -155,7 +149,7 @@ export function panelPart() {
 }
 
 export function verdictPart() {
-  const { verdict, program, outputs = [], has_report: hasReport, has_facts: hasFacts } = job() ?? {};
+  const { verdict, program, output_format: format, outputs = [], has_report: hasReport, has_facts: hasFacts } = job() ?? {};
   if (!verdict) return null;
   const mayDrill = verdict.may_drill;
   const links = [hasReport && jobLink("report.html", word("serve_report")), outputs.length > 0 && jobLink("output", outputs.join(", ")),
@@ -165,6 +159,6 @@ export function verdictPart() {
     element("p", { lang: "en", role: "status" }, verdict.words)),
   links.length > 0 && element("p", { class: "links" }, links.map((link) => [link, " "])),
   isMine() && mayDrill && form(() => command({ do: "write", name: fieldValue("output-name") }),
-    field("output-name", word("serve_output"), { value: `${program.replace(/\.[^.]*$/, "")}.drl`, required: true }),
+    field("output-name", word("serve_output"), { value: `${program.replace(/\.[^.]*$/, "")}.${format === "excellon" ? "drl" : "sm"}`, required: true }),
     element("button", { id: "do-write", class: "action" }, word("serve_write")))];
 }

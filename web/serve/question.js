@@ -38,26 +38,26 @@ export function answerAt(picture, choice, at_px) {
 /** Moves the stage by one step.
  * @param {[number, number]} way */
 export function jog([x, y]) {
-  if (question()) command({ do: "jog", by_mm: [x * jogStep_mm, y * jogStep_mm] });
+  if (question()?.jog_mm) command({ do: "jog", by_mm: [x * jogStep_mm, y * jogStep_mm] });
 }
 
-/** Look again, as it is or in another light. */
+/** Look again, as it is or in another light. Without a value a light stays as it is. */
 function lookAgain() {
-  const { view } = desk.state;
-  // Without a value the lamp stays as it is; few cameras set their exposure.
-  const lights = /** @type {const} */ (["lamp", "exposure"]).filter((name) => name === "lamp" || typeof view?.[name] === "number");
+  const { why_not: whyNot = {}, exposure_us } = question();
+  const now = /** @type {Record<string, number | undefined>} */ ({ lamp: desk.state.view?.lamp, exposure: exposure_us });
+  const lights = /** @type {const} */ (["lamp", "exposure"]).filter((name) => !whyNot[name]);
   const again = () => {
     const chosen = lights.map((name) => [name, fieldValue(`light-${name}`)])
-      .filter(([name, value]) => value !== "" && Number(value) !== view?.[name]);
+      .filter(([name, value]) => value !== "" && Number(value) !== now[name]);
     answer("again", Object.fromEntries(chosen.map(([name, value]) => [name, Number(value)])));
   };
   return [actionButton("again", word("serve_choice_again"), again),
-    lights.map((name) => field(`light-${name}`, word(`serve_light_${name}`), { type: "number", min: 0, step: "any", value: view?.[name] }))];
+    lights.map((name) => field(`light-${name}`, word(`serve_light_${name}`), { type: "number", min: 0, step: "any", value: now[name] }))];
 }
 
 /** @param {LivePicture} picture */
 function jogPad(picture) {
-  const longest_mm = desk.state.view?.jog_mm ?? 5;
+  const longest_mm = question().jog_mm;
   const steps = jogSteps_mm.filter((step) => step <= longest_mm);
   jogStep_mm = Math.min(jogStep_mm, longest_mm);
   const arrow = (/** @type {string} */ name, /** @type {string} */ sign, /** @type {[number, number]} */ way) =>
@@ -76,11 +76,11 @@ function jogPad(picture) {
 
 /** @param {LivePicture} picture */
 function choices(picture) {
-  const { choices: offered, candidates = [], why_not: whyNot = {} } = question(), cross = picture.cross_px;
+  const { choices: offered, candidates = [], jog_mm } = question(), cross = picture.cross_px;
   const has = (/** @type {string} */ choice) => offered.includes(choice);
   const aim = (/** @type {"search" | "hand"} */ mode, /** @type {import("../base/words.js").WordKey} */ text) => has(mode) &&
     element("button", { type: "button", id: `aim-${mode}`, "aria-pressed": String(picture.mode === mode), onclick: () => picture.choose(mode) }, word(text));
-  const plain = (/** @type {"skip" | "leave_board_out" | "stop"} */ choice) =>
+  const plain = (/** @type {"skip" | "leave_board_out" | "keep" | "done" | "stop"} */ choice) =>
     has(choice) && actionButton(choice, word(`serve_choice_${choice}`), () => answer(choice));
   return [
     element("div", { class: "controls" }, has("again") && lookAgain()),
@@ -90,8 +90,8 @@ function choices(picture) {
     picture.mode && element("p", {}, word(picture.mode === "search" ? "serve_click_search" : "serve_click_hand")),
     cross && element("div", { class: "controls" }, actionButton("place", word("serve_place_here", { x: fixed(cross[0], 2),
       y: fixed(cross[1], 2) }), () => answerAt(picture, "hand", cross))),
-    !whyNot.jog && jogPad(picture),
-    element("div", { class: "controls" }, plain("skip"), plain("leave_board_out"), plain("stop")),
+    jog_mm && jogPad(picture),
+    element("div", { class: "controls" }, plain("done"), plain("skip"), plain("leave_board_out"), plain("keep"), plain("stop")),
   ];
 }
 
@@ -101,7 +101,7 @@ export function questionPart(picture) {
   if (!job()?.question) return null;
   const { seq, reason, why_not: whyNot = {} } = job().question, target = job().targets.find((one) => one.seq === seq);
   return [
-    element("h2", { role: "alert" }, word("serve_question", { seq, line: target?.line ?? "" }), " ", english(reason)),
+    element("h2", { role: "alert" }, target ? word("serve_question", { seq, line: target.line }) : word("serve_do_now"), " ", english(reason)),
     isMine() ? choices(picture) : element("p", {}, word("serve_question_elsewhere")),
     rowList(Object.entries(whyNot ?? {}).map(([choice, why]) => [wordOf("serve_choice", choice), english(why)]), "quiet"),
   ];

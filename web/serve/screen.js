@@ -36,6 +36,7 @@ function headPart() {
   };
   return [element("h1", {}, machine && [element("b", {}, machine), " ", english(source), " \u00b7 "], `panelcal ${panelcal}`),
     element("button", { type: "button", id: "language", onclick: turn }, word("language_switch")),
+    connection.hasSession && desk.condition === "open" && actionButton("log-out", word("serve_log_out"), () => act(() => connection.leave(true))),
     desk.condition === "locked" ? null : controlsText()];
 }
 
@@ -46,10 +47,10 @@ function controlsText() {
   const take = () => act(() => connection.take(fieldValue("name"), holder));
   if (isMine()) {
     return element("div", { class: "controls" }, element("span", {}, word("serve_mine", { name: holder ?? "" })),
-      actionButton("give", word("serve_give"), () => act(() => connection.giveBack())));
+      actionButton("give", word("serve_give"), () => act(() => connection.leave(false))));
   }
   return form(take, element("span", {}, holder ? word("serve_held", { name: holder }) : word("serve_free")),
-    field("name", word("serve_name"), { required: true, maxlength: 60 }), 
+    field("name", word("serve_name"), { required: true, maxlength: 60 }),
     element("button", { class: "action", id: "do-take" }, holder ? word("serve_take_from", { name: holder }) : word("serve_take")));
 }
 
@@ -63,22 +64,20 @@ function panel(id, depends, make, className = "") {
   return part(element("section", { id, class: className, hidden: true }), () => [isMine(), ...depends()], () => desk.state && make());
 }
 
-const aimed = () => [picture.mode, picture.cross_px, picture.isLive()];
-const light = () => [desk.state?.view?.lamp, desk.state?.view?.exposure, desk.state?.view?.jog_mm];
 
-const head = part(element("header"), () => [desk.state?.machine, desk.state?.source, desk.controls, desk.condition, isMine()], headPart);
+const head = part(element("header"), () => [desk.state?.machine, desk.state?.source, desk.controls, desk.condition, isMine(), connection.hasSession], headPart);
 const notice = part(element("div", { class: "notice", role: "alert", hidden: true }), () => [desk.condition, desk.refusal], noticePart);
 const view = panel("view", () => [desk.state?.view], pictureFacts);
 const seen = element("div", { class: "seen", hidden: true }, picture.node, view.node);
 const parts = {
   head, notice, view,
-  question: panel("question", () => [job()?.question, job()?.targets?.length, ...aimed(), ...light()], () => questionPart(picture)),
+  question: panel("question", () => [job()?.question, job()?.targets?.length, desk.state?.view?.lamp, picture.mode, picture.cross_px, picture.isLive()], () => questionPart(picture)),
   verdict: panel("verdict", () => [job()?.id, job()?.verdict, job()?.outputs, job()?.has_report], verdictPart, "verdict"),
   job: panel("job", () => [{ ...job(), targets: job()?.targets.length, series: null, question: null }, n_decided()], jobPart),
   programs: panel("programs", () => [desk.state?.programs, job()?.id], programsPart),
   targets: targetsPart(),
   panel: panel("panel", () => [job()?.id, job()?.state, job()?.targets?.length, mapStep()], panelPart),
-  calibration: panel("calibration", () => [desk.state?.calibration, desk.state?.history, job()?.state], calibrationPart),
+  calibration: panel("calibration", () => [desk.state?.calibration, desk.state?.kinds, job()?.state], calibrationPart),
   history: panel("history", () => [desk.state?.history, job()?.state, desk.state?.calibration?.state], historyPart),
 };
 

@@ -177,11 +177,12 @@ function residualsPlan(one, targets) {
 /** @param {boolean} isOpen */
 function seriesBlock(one, facts, isOpen) {
   const missing = facts.targets.filter((t) => one.targets.includes(t.seq) && t.status !== "found");
-  const words = one.fit ? fitSentence(one)
+  const words = one.is_left_out ? word("board_not_drilled") : one.fit ? fitSentence(one)
     : missing.length > 0 ? [`${word("no_fit_missing")} `, missing.map((t) => [targetLink(t.seq), " "])]
       : word("no_fit");
-  const summary = [chip(one.is_accepted ? "good" : "refused", word(one.is_accepted ? "pass" : "fail")), " ",
-    element("b", {}, seriesName(one)), " ", words];
+  const verdict = one.is_left_out ? chip("suspect", word("status_board_left_out"))
+    : chip(one.is_accepted ? "good" : "refused", word(one.is_accepted ? "pass" : "fail"));
+  const summary = [verdict, " ", element("b", {}, seriesName(one)), " ", words];
   return unfolding(summary, () => {
     const text = one.fit && element("p", { class: "text" },
       word("fit_text", { n: one.points.length, model: wordOf("model", one.model) }), " ", capitalized(chiSquareText(one.fit.chi_square)),

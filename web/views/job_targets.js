@@ -2,7 +2,7 @@
 // The targets of a job: a card each, with pictures and numbers; those that need a look first.
 import { chip, element, number, table, unfolding } from "../base/dom.js";
 import { word, wordOf } from "../base/words.js";
-import { fixed, place } from "../base/format.js";
+import { fixed, minuteText, place } from "../base/format.js";
 import { targetThumbnail, viewsPlan } from "../figures/target_picture.js";
 
 /** Up to this number of cards is shown unfolded. */
@@ -33,7 +33,7 @@ export function targetLink(seq) {
 }
 
 function statusChip(target, series) {
-  if (target.status !== "found") return chip("refused", wordOf("status", target.status));
+  if (target.status !== "found") return chip(target.state === "left_out" ? "suspect" : "refused", wordOf("status", target.status));
   if (target.state === "refused") return chip("refused", word("target_refused"));
   if (target.state === "suspect") return chip("suspect", word(series?.fit ? "target_fit_refused" : "target_no_fit"));
   return target.state === "left_out" ? chip("suspect", word("target_left_out")) : chip("good", word("status_found"));
@@ -78,6 +78,8 @@ function targetCard(target, facts, pictures) {
           `${fixed(100 * last.contrast, 0)}\u00a0%`, element("span", { class: "quiet" }, `, ${word("blur")} `),
           `${fixed(last.blur_px, 2)} px`),
         target.image && element("p", { class: "quiet mono" }, target.image))),
+    target.decision && element("p", {}, chip("suspect", wordOf("serve_by", target.decision.by)),
+      ` ${target.decision.who}, ${minuteText(target.decision.when)}`),
     target.reason && element("p", { class: "reason", lang: "en" }, target.reason),
     numbersTable(target), viewsPlan(target));
 }

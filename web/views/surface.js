@@ -146,6 +146,6 @@ export const surfaceView = {
   show(facts) {
     const page = surfacePages[facts.command];
     return element("div", {}, page ? page(facts) : element("p", {}, word("surface_other")),
-      section("provenance", word("origin"), rowList(facts.provenance ?? [])));
+      section("provenance", word("origin"), rowList([...(facts.sources ?? []).map((/** @type {any} */ one) => [`read ${one.file}`, `format ${one.format}; unit ${one.unit}; from ${one.zero}`]), ...(facts.provenance ?? [])])));
   },
 };

@@ -2,9 +2,12 @@
 #include "calib/base/statistics/chi_square.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 
 #include "calib/base/statistics/distributions.h"
+#include "calib/base/statistics/log_gamma.h"
 
 namespace panelcal {
 namespace {
@@ -13,6 +16,19 @@ namespace {
 /// to 1 % of the root there, and takes no longer for larger values.
 constexpr double kLargeChiSquare = 500;
 
+/// log Gamma(n / 2) for n of 1 or more: series ask for the same ones again and again.
+double log_gamma_of_half(int n) {
+  static const auto known = [] {
+    std::array<double, 1024> values{};
+    for (std::size_t i = 1; i < values.size(); ++i) {
+      values[i] = internal::log_gamma(static_cast<double>(i) / 2);
+    }
+    return values;
+  }();
+  const auto i = static_cast<std::size_t>(n);
+  return i < known.size() ? known[i] : internal::log_gamma(n / 2.0);
+}
+
 /// The argument at which a monotonic function changes its sign; `high` grows until it has.
 template <class Function>
 double sign_change(Function is_beyond, double high) {
@@ -20,6 +36,7 @@ double sign_change(Function is_beyond, double high) {
   double low = 0;
   for (int i = 0; i < 100 && low < high; ++i) {
     const double middle = low + (high - low) / 2;
+    if (middle == low || middle == high) break;
     (is_beyond(middle) ? high : low) = middle;
   }
   return high;
@@ -34,9 +51,10 @@ double chi_square_exceedance(double chi_square, int degrees_of_freedom) {
   const double half = chi_square / 2;
   const bool is_odd = degrees_of_freedom % 2 != 0;
   double sum = is_odd ? std::erfc(std::sqrt(half)) : 0;
+  const double log_half = std::log(half);
   // Terms half^a e^-half / Gamma(a + 1), through logarithms so that nothing overflows.
-  for (double a = is_odd ? 0.5 : 0; a < degrees_of_freedom / 2.0 - 0.25; a += 1) {
-    sum += std::exp(a * std::log(half) - half - std::lgamma(a + 1));
+  for (int twice_a = is_odd ? 1 : 0; twice_a < degrees_of_freedom; twice_a += 2) {
+    sum += std::exp(twice_a / 2.0 * log_half - half - log_gamma_of_half(twice_a + 2));
   }
   return std::min(sum, 1.0);
 }
@@ -53,16 +71,19 @@ double noncentral_chi_square_exceedance(double chi_square,
   if (chi_square <= 0) return 1;
   const double half = chi_square / 2;
   const double mean = noncentrality / 2;
+  const double log_half = std::log(half);
+  const double log_mean = std::log(mean);
   // Weights beyond are below 1e-16 of the whole.
   const int n_terms = static_cast<int>(mean + 10 * std::sqrt(mean) + 40);
   double sum = 0;
   double tail = chi_square_exceedance(chi_square, degrees_of_freedom);
   for (int j = 0; j < n_terms; ++j) {
     const double log_weight =
-        mean > 0 ? j * std::log(mean) - mean - std::lgamma(j + 1.0) : (j == 0 ? 0 : -INFINITY);
+        mean > 0 ? j * log_mean - mean - log_gamma_of_half(2 * j + 2) : (j == 0 ? 0 : -INFINITY);
     sum += std::exp(log_weight) * tail;
-    const double a = degrees_of_freedom / 2.0 + j;
-    tail = std::min(1.0, tail + std::exp(a * std::log(half) - half - std::lgamma(a + 1)));
+    const int twice_a = degrees_of_freedom + 2 * j;
+    const double log_term = twice_a / 2.0 * log_half - half - log_gamma_of_half(twice_a + 2);
+    tail = std::min(1.0, tail + std::exp(log_term));
   }
   return std::min(sum, 1.0);
 }

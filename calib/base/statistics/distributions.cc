@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "calib/base/statistics/linear_algebra.h"
+#include "calib/base/statistics/log_gamma.h"
 #include "calib/base/statistics/quadrature.h"
 
 namespace panelcal {
@@ -87,7 +88,7 @@ double chi_square_of_exceedance(double chance, double degrees_of_freedom) {
       term *= x / (a + n);
       sum += term;
     }
-    return std::exp(a * std::log(x) - x - std::lgamma(a + 1)) * sum;
+    return std::exp(a * std::log(x) - x - internal::log_gamma(a + 1)) * sum;
   };
   // Half of the value: beyond ten standard deviations and 50 nothing is left.
   double low = 0;

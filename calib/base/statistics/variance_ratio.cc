@@ -4,6 +4,7 @@
 
 #include "calib/base/statistics/chi_square.h"
 #include "calib/base/statistics/distributions.h"
+#include "calib/base/statistics/log_gamma.h"
 
 namespace panelcal {
 namespace {
@@ -35,8 +36,8 @@ double beta_fraction(double a, double b, double x) {
 double incomplete_beta(double a, double b, double x, double rest) {
   if (x <= 0) return 0;
   if (rest <= 0) return 1;
-  const double front = std::exp(std::lgamma(a + b) - std::lgamma(a) - std::lgamma(b) +
-                                a * std::log(x) + b * std::log(rest));
+  const double front = std::exp(internal::log_gamma(a + b) - internal::log_gamma(a) -
+                                internal::log_gamma(b) + a * std::log(x) + b * std::log(rest));
   if (x < (a + 1) / (a + b + 2)) return front * beta_fraction(a, b, x) / a;
   return 1 - front * beta_fraction(b, a, rest) / b;
 }

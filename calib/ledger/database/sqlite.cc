@@ -80,6 +80,14 @@ void SqliteStatement::bind(int i_parameter, std::int64_t number) {
   sqlite3_bind_int64(statement_.get(), i_parameter, number);
 }
 
+void SqliteStatement::bind_number(int i_parameter, double number) {
+  sqlite3_bind_double(statement_.get(), i_parameter, number);
+}
+
+void SqliteStatement::bind_null(int i_parameter) {
+  sqlite3_bind_null(statement_.get(), i_parameter);
+}
+
 Expected<bool> SqliteStatement::step() {
   const int status = sqlite3_step(statement_.get());
   if (status == SQLITE_ROW) return true;
@@ -91,8 +99,25 @@ void SqliteStatement::reset() {
   sqlite3_reset(statement_.get());
 }
 
-bool SqliteStatement::is_null(int i_column) const {
-  return sqlite3_column_type(statement_.get(), i_column) == SQLITE_NULL;
+int SqliteStatement::n_columns() const {
+  return sqlite3_column_count(statement_.get());
+}
+
+SqliteStatement::Kind SqliteStatement::kind(int i_column) const {
+  switch (sqlite3_column_type(statement_.get(), i_column)) {
+    case SQLITE_NULL:
+      return Kind::Null;
+    case SQLITE_INTEGER:
+      return Kind::Integer;
+    case SQLITE_FLOAT:
+      return Kind::Number;
+    default:
+      return Kind::Text;
+  }
+}
+
+double SqliteStatement::number(int i_column) const {
+  return sqlite3_column_double(statement_.get(), i_column);
 }
 
 std::int64_t SqliteStatement::integer(int i_column) const {

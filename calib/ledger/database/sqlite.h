@@ -21,13 +21,19 @@ class SqliteStatement {
  public:
   void bind(int i_parameter, std::string_view text);
   void bind(int i_parameter, std::int64_t number);
+  void bind_number(int i_parameter, double number);
+  void bind_null(int i_parameter);
 
   /// True for a row, false at the end.
   Expected<bool> step();
   /// Ready to run again, with new values.
   void reset();
 
-  bool is_null(int i_column) const;
+  enum class Kind : std::uint8_t { Null, Integer, Number, Text };
+  int n_columns() const;
+  Kind kind(int i_column) const;
+  bool is_null(int i_column) const { return kind(i_column) == Kind::Null; }
+  double number(int i_column) const;
   std::int64_t integer(int i_column) const;
   std::string_view text(int i_column) const;
 

@@ -248,9 +248,10 @@ Expected<Calibrations> surface_calibrations(LedgerKind /*kind*/,
   if (nightly.is_simulated && !(config->sim && config->sim->table_surface)) {
     return missing("the virtual machine has no table to probe", "[sim.table_surface]");
   }
-  if (!nightly.is_simulated && config->stage.probe.empty()) {
-    return missing("this machine has no probe",
-                   "[machine] probe_command = [\"PROGRAM\", \"{x}\", \"{y}\"]");
+  if (!nightly.is_simulated && !config->can_probe()) {
+    return missing(
+        "this machine has no probe",
+        "[machine] probe_command = [\"PROGRAM\", \"{x}\", \"{y}\"], or driver and probe_from_mm");
   }
   return only_calibration(surface_kind(config, nightly));
 }

@@ -13,6 +13,7 @@
 #include "calib/camera/calibration/calibration_file.h"
 #include "calib/correction/spindle_camera.h"
 #include "calib/spindle/calibration_file.h"
+#include "machine/config/settings/control_setting.h"
 #include "machine/config/settings/coupon_options.h"
 #include "machine/config/settings/nightly_options.h"
 #include "machine/config/settings/sim_options.h"
@@ -85,9 +86,14 @@ struct MachineConfig {
   std::optional<NightlyConfig> nightly;  ///< [nightly]
   double drift_um_per_sqrt_day = 0;      ///< [uncertainty]: random walk of the offset, per axis
   StageCommands stage;                   ///< [machine] stage_command and its kin, for --camera
+  ControlSetting control;                ///< [machine] driver and its kin, in place of `stage`
   Time settle;                           ///< [machine] settle_s: from an arrival to a picture
   std::optional<GcodeSetting> gcode;     ///< [gcode], for `run --to gcode`
   std::optional<SimConfig> sim;          ///< [sim]
+
+  /// There is something that drives the stage, by command or by a control.
+  bool can_move() const { return control.driver.has_value() || !stage.move.empty(); }
+  bool can_probe() const { return control.probe.has_value() || !stage.probe.empty(); }
 };
 
 }  // namespace panelcal

@@ -56,10 +56,13 @@ Expected<VideoModule> load_module(const std::string& camera) {
     return module;
   }
   const char* const reason = dlerror();
-  return failure({Code::DeviceCamera,
-                  {camera, 0, 0},
-                  fmt::format("the video module cannot be loaded: {}", reason ? reason : kModule),
-                  fmt::format("{} where panelcal was installed, with OpenCV's videoio", kModule)});
+  return failure(
+      {Code::DeviceCamera,
+       {camera, 0, 0},
+       fmt::format("the video module cannot be loaded: {}", reason ? reason : kModule),
+       fmt::format("{} where panelcal was installed, with OpenCV's videoio (Debian package "
+                   "panelcal-cameras)",
+                   kModule)});
 }
 
 std::string address_name(const VideoAddress& address) {

@@ -35,6 +35,9 @@ class PatientCamera final : public CameraDevice {
   std::optional<PictureSize> size() const override { return size_; }
   int n_retaken() const override;
   bool can_set(CameraSetting setting) const override;
+  std::optional<double> value(CameraSetting setting) const override {
+    return device_ ? device_->value(setting) : std::nullopt;
+  }
   Expected<void> set(CameraSetting setting, double value) override;
 
  private:
@@ -50,7 +53,7 @@ class PatientCamera final : public CameraDevice {
   std::unique_ptr<CameraDevice> device_;  ///< null while it is away
   std::string name_;
   std::optional<PictureSize> size_;
-  std::array<bool, 3> can_set_{};
+  std::array<bool, kCameraSettings> can_set_{};
   std::map<CameraSetting, double> settings_;
   int n_retaken_before_ = 0;  ///< of the devices before this one
 };

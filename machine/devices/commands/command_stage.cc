@@ -81,9 +81,12 @@ const CommandWords& CommandStage::command_of(CameraSetting setting) const {
     case CameraSetting::Zoom:
       return commands_.zoom;
     case CameraSetting::Focus:
+      return commands_.focus;
+    case CameraSetting::Exposure:
       break;
   }
-  return commands_.focus;
+  static const CommandWords kNone;  // a machine exposes nothing
+  return kNone;
 }
 
 Expected<void> CommandStage::set(CameraSetting setting, double value) {

@@ -51,6 +51,9 @@ class GigeCamera final : public CameraDevice {
   std::string name() const override { return "gige://" + address_.address; }
   std::optional<PictureSize> size() const override { return size_; }
   int n_retaken() const override { return n_retaken_; }
+  bool can_set(CameraSetting setting) const override;
+  std::optional<double> value(CameraSetting setting) const override;
+  Expected<void> set(CameraSetting setting, double value) override;
 
   Expected<void> begin_stream();
 
@@ -79,6 +82,28 @@ class GigeCamera final : public CameraDevice {
   bool is_in_step_ = false;
   bool is_gone_ = false;  ///< did not answer any more
 };
+
+bool GigeCamera::can_set(CameraSetting setting) const {
+  return setting == CameraSetting::Exposure &&
+         arv_camera_is_exposure_time_available(camera_.get(), nullptr) != FALSE;
+}
+
+std::optional<double> GigeCamera::value(CameraSetting setting) const {
+  if (is_gone_ || !can_set(setting)) return std::nullopt;
+  DeviceError error;
+  const double exposure_us = arv_camera_get_exposure_time(camera_.get(), error.out());
+  return error ? std::nullopt : std::optional(exposure_us);
+}
+
+/// A value beyond the bounds is no fault of the device, so that it is not tried again.
+Expected<void> GigeCamera::set(CameraSetting setting, double value) {
+  if (is_gone_ || !can_set(setting)) return CameraDevice::set(setting, value);
+  GigeAddress wanted = address_;
+  wanted.exposure = seconds(value * 1e-6);
+  Expected<void> set = internal::set_exposure(*camera_, wanted, Code::NotSupported);
+  if (set) address_.exposure = wanted.exposure;
+  return set;
+}
 
 Expected<void> GigeCamera::begin_stream() {
   is_in_step_ = false;

@@ -18,7 +18,7 @@ class Setup {
 
   Expected<void> set_all() {
     PANELCAL_CHECK(set_format());
-    PANELCAL_CHECK(set_exposure());
+    PANELCAL_CHECK(set_exposure(*camera(), address_, Code::DeviceCamera));
     PANELCAL_CHECK(set_gain());
     return set_trigger();
   }
@@ -81,25 +81,6 @@ class Setup {
                   "format=" + formats());
   }
 
-  Expected<void> set_exposure() {
-    if (!address_.exposure) return {};
-    const double wanted_us = address_.exposure->in_s() * 1e6;
-    if (arv_camera_is_exposure_auto_available(camera(), nullptr)) {
-      arv_camera_set_exposure_time_auto(camera(), ARV_AUTO_OFF, error_.out());
-      PANELCAL_CHECK(done("automatic exposure cannot be switched off"));
-    }
-    double low_us = 0;
-    double high_us = 0;
-    arv_camera_get_exposure_time_bounds(camera(), &low_us, &high_us, error_.out());
-    PANELCAL_CHECK(done("the exposure cannot be set"));
-    if (wanted_us < low_us || wanted_us > high_us) {
-      return refuse(fmt::format("exposure_us={}", wanted_us),
-                    fmt::format("{} to {}", low_us, high_us));
-    }
-    arv_camera_set_exposure_time(camera(), wanted_us, error_.out());
-    return done("the exposure cannot be set");
-  }
-
   Expected<void> set_gain() {
     if (!address_.gain) return {};
     if (arv_camera_is_gain_auto_available(camera(), nullptr)) {
@@ -133,6 +114,32 @@ class Setup {
 };
 
 }  // namespace
+
+Expected<void> set_exposure(ArvCamera& camera, const GigeAddress& address, Code code_outside) {
+  if (!address.exposure) return {};
+  const double wanted_us = address.exposure->in_s() * 1e6;
+  const Place place{"gige://" + address.address, 0, 0};
+  const auto fail = [&](const char* what, const DeviceError& error) {
+    return failure({Code::DeviceCamera, place, fmt::format("{}: {}", what, error.text()), ""});
+  };
+  DeviceError error;
+  if (arv_camera_is_exposure_auto_available(&camera, nullptr)) {
+    arv_camera_set_exposure_time_auto(&camera, ARV_AUTO_OFF, error.out());
+    if (error) return fail("automatic exposure cannot be switched off", error);
+  }
+  double low_us = 0;
+  double high_us = 0;
+  arv_camera_get_exposure_time_bounds(&camera, &low_us, &high_us, error.out());
+  if (!error && !(wanted_us >= low_us && wanted_us <= high_us)) {
+    return failure({code_outside,
+                    place,
+                    fmt::format("exposure_us={}", wanted_us),
+                    fmt::format("{} to {}", low_us, high_us)});
+  }
+  if (!error) arv_camera_set_exposure_time(&camera, wanted_us, error.out());
+  if (error) return fail("the exposure cannot be set", error);
+  return {};
+}
 
 Expected<ReadyCamera> set_up(const GigeAddress& address) {
   const Place place{"gige://" + address.address, 0, 0};

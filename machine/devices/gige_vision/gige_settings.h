@@ -12,6 +12,11 @@ struct ReadyCamera {
   PictureSize size;
 };
 
+/// Sets the exposure that the address states, if it states one.
+///
+/// Fails  device-camera; code_outside (beyond the camera's bounds)
+Expected<void> set_exposure(ArvCamera& camera, const GigeAddress& address, Code code_outside);
+
 /// Fails  device-camera (see open_gige_camera)
 Expected<ReadyCamera> set_up(const GigeAddress& address);
 

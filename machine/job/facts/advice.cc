@@ -26,6 +26,7 @@ constexpr double kSuspiciousChance = 0.001;
 constexpr int kSpareToBlame = 3;
 
 std::string shown_output(const JobFactsInput& input) {
+  if (!input.output_words.empty()) return input.output_words;
   return input.output_file == "-" ? "the corrected program" : input.output_file;
 }
 
@@ -33,7 +34,7 @@ std::string advice_on_lost(const Survey& survey) {
   std::size_t n_lost = 0;
   const Measurement* first = nullptr;
   for (const Measurement& m : survey.measurements) {
-    if (m.status == MeasurementStatus::Found || m.status == MeasurementStatus::Skipped) continue;
+    if (m.status == MeasurementStatus::Found || is_left_out(m)) continue;
     if (n_lost++ == 0) first = &m;
   }
   if (first == nullptr) return {};
@@ -113,10 +114,24 @@ std::string advice_on_fault(const Survey& survey) {
 
 /// Says so where the fit rests on fewer targets than the program asks for.
 std::string left_out_remark(const Survey& survey) {
+  std::string out;
   const std::size_t n = n_dropped(survey);
-  if (n == 0) return {};
-  return n == 1 ? " One target was left out of its fit."
-                : fmt::format(" {} targets were left out of their fits.", n);
+  if (n == 1) out = " One target was left out of its fit.";
+  if (n > 1) out = fmt::format(" {} targets were left out of their fits.", n);
+  std::vector<std::string> boards;
+  for (const SeriesResult* const board : survey.left_out_boards()) {
+    boards.push_back(fmt::format("{} (line {})", board_text(board->path), board->line));
+  }
+  if (boards.empty()) return out;
+  return out + fmt::format(" Left out, and not drilled: board{} {}.",
+                           boards.size() == 1 ? "" : "s",
+                           fmt::join(boards, ", "));
+}
+
+std::string found_sentence(const Survey& survey) {
+  return std::ranges::any_of(survey.measurements, is_left_out)
+             ? "Every target was found but those that persons left out"
+             : "Every target was found";
 }
 
 std::string advice_on_errors(const JobFactsInput& input) {
@@ -231,7 +246,7 @@ std::string grounds_of_verdict(const JobFactsInput& input) {
     case Verdict::Forced:
       return "A check failed, and the program was written all the same, because --force was given.";
     case Verdict::Warned:
-      return "Every target was found, and " + fits_sentence(survey) +
+      return found_sentence(survey) + ", and " + fits_sentence(survey) +
              "; but the tolerance is not as sure to be kept as the machine's file asks." +
              left_out_remark(survey);
     case Verdict::Drill:
@@ -245,23 +260,24 @@ std::string grounds_of_verdict(const JobFactsInput& input) {
   }
   if (input.verdict != nullptr && input.verdict->decision() == JobDecision::Drill &&
       input.verdict->basis().kind != RiskBasis::Kind::Stated) {
-    return fmt::format("Every target was found, and {}; {}.{}",
+    return fmt::format("{}, and {}; {}.{}",
+                       found_sentence(survey),
                        fits_sentence(survey),
                        input.verdict->basis().words,
                        left_out_remark(survey));
   }
   if (input.verdict != nullptr && input.verdict->decision() == JobDecision::Drill) {
-    return fmt::format(
-        "Every target was found, {}, and {} as sure to keep the tolerance as the machine's file "
-        "asks.{}",
-        fits_sentence(survey),
-        judged_text(*input.verdict),
-        left_out_remark(survey));
+    return fmt::format("{}, {}, and {} as sure to keep the tolerance as the machine's file asks.{}",
+                       found_sentence(survey),
+                       fits_sentence(survey),
+                       judged_text(*input.verdict),
+                       left_out_remark(survey));
   }
   if (!worst_gate(survey)) {
-    return "Every target was found, and " + fits_sentence(survey) + "." + left_out_remark(survey);
+    return found_sentence(survey) + ", and " + fits_sentence(survey) + "." +
+           left_out_remark(survey);
   }
-  return "Every target was found, and every fit is inside its limits." + left_out_remark(survey);
+  return found_sentence(survey) + ", and every fit is inside its limits." + left_out_remark(survey);
 }
 
 }  // namespace

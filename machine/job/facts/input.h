@@ -36,9 +36,10 @@ struct SeenPicture {
 struct JobFactsInput {
   std::string program_file;
   std::string machine_name;
-  std::string source;       ///< source of the measurements, in words
-  std::string output_file;  ///< empty if nothing was written; "-" for standard output
-  bool forced = false;      ///< written although a gate or a tolerance refused it
+  std::string source;             ///< source of the measurements, in words
+  std::string output_file;        ///< empty if nothing was written; "-" for standard output
+  std::string output_words = {};  ///< for sentences; empty: its name
+  bool forced = false;            ///< written although a gate or a tolerance refused it
   const Survey* survey = nullptr;
   const Tally* tally = nullptr;        ///< of the corrected program; null if it was not executed
   const PlaceTable* places = nullptr;  ///< likewise

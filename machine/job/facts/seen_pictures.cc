@@ -37,9 +37,10 @@ SeenPicture seen_picture(const SeenView& seen) {
 PictureObserver SeenPictures::observer() {
   return [this](const SeenView& seen) {
     SeenPicture view = seen_picture(seen);
-    // A picture that cannot be cut out is only missing from the report.
-    if (auto picture = target_picture(seen.picture.image, seen.detection)) {
-      view.picture = *std::move(picture);
+    if (cuts_out) {
+      // A picture that cannot be cut out is only missing from the report.
+      auto picture = target_picture(seen.picture.image, seen.detection);
+      if (picture) view.picture = *std::move(picture);
     }
     by_seq[seen.request.seq].push_back(std::move(view));
   };

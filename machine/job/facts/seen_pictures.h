@@ -13,6 +13,7 @@ namespace panelcal {
 /// The pictures of a job, as its facts show them, by the number of the request.
 struct SeenPictures {
   std::map<std::int64_t, std::vector<SeenPicture>> by_seq;
+  bool cuts_out = true;  ///< keeps the piece of each picture that shows the target
 
   /// Keeps what is seen here. Precondition: this outlives it
   PictureObserver observer();

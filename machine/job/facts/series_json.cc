@@ -173,6 +173,7 @@ Json series_json(const Survey& survey) {
                     {"fault", fault_json(survey, series)},
                     {"assignment", assignment_json(series)},
                     {"reliability", reliability_json(survey, series)}});
+    if (series.is_left_out) rows.back()["is_left_out"] = true;
   }
   return rows;
 }

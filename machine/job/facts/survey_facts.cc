@@ -18,10 +18,6 @@ bool has_errors(const JobFactsInput& input) {
                              [](const Diagnostic& d) { return d.severity() == Severity::Error; });
 }
 
-std::string board_text(std::span<const int> path) {
-  return path.empty() ? std::string() : fmt::format("[{}]", fmt::join(path, ","));
-}
-
 /// True if a residual gate refuses this target of the series.
 bool is_worst(const SeriesResult& series, std::size_t i_target) {
   return std::ranges::any_of(series.gates, [&](const GateVerdict& gate) {
@@ -104,7 +100,11 @@ std::vector<TargetFact> target_facts(const Survey& survey) {
       if (i >= facts.size()) continue;
       facts[i].series = &series;
       facts[i].i_series = i_series;
-      if (!series.is_accepted()) facts[i].state = TargetState::Suspect;
+      if (series.is_left_out) {
+        facts[i].state = TargetState::Dropped;
+      } else if (!series.is_accepted()) {
+        facts[i].state = TargetState::Suspect;
+      }
     }
     for (const std::size_t i : series.dropped) {
       if (i < facts.size()) facts[i].state = TargetState::Dropped;
@@ -117,9 +117,8 @@ std::vector<TargetFact> target_facts(const Survey& survey) {
     }
   }
   for (TargetFact& fact : facts) {
-    const MeasurementStatus status = fact.measurement->status;
-    if (status == MeasurementStatus::Found) continue;
-    fact.state = status == MeasurementStatus::Skipped ? TargetState::Dropped : TargetState::Refused;
+    if (fact.measurement->status == MeasurementStatus::Found) continue;
+    fact.state = is_left_out(*fact.measurement) ? TargetState::Dropped : TargetState::Refused;
   }
   return facts;
 }
@@ -133,6 +132,10 @@ std::size_t n_dropped(const Survey& survey) {
   std::size_t n = 0;
   for (const SeriesResult& series : survey.series) n += series.dropped.size();
   return n;
+}
+
+std::string board_text(std::span<const int> path) {
+  return path.empty() ? std::string() : fmt::format("[{}]", fmt::join(path, ","));
 }
 
 std::string target_name(const MeasurementRequest& request) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -64,6 +65,8 @@ std::size_t n_found(const Survey& survey);
 /// Targets that were found and left out of their fits.
 std::size_t n_dropped(const Survey& survey);
 
+/// "[0,1]"; empty outside of copies.
+std::string board_text(std::span<const int> path);
 /// "G46 target #9 in line 31, board [0,1], nominal (110.695, 15.000) mm".
 std::string target_name(const MeasurementRequest& request);
 /// "Panel, line 20", "Board [0,1], line 27", "Nested, line 27".

@@ -235,7 +235,8 @@ void measure(Walk& walk, const Block& block, Command command) {
                            walk.place.path,
                            walk.place.placement(position_mm<frame::Programmed>(walk.modal.at_mm)),
                            walk.place.placement,
-                           walk.place.work_zero};
+                           walk.place.work_zero,
+                           walk.emitter.n_worked() != walk.n_worked_before};
   if (walk.keeps_structure()) return keep_target(walk, target);
   if (command != Command::HoleAtTarget && command != Command::NestedHoleAtTarget) {
     return walk.vision.measure_target(target);

@@ -179,7 +179,10 @@ void run_instance(Walk& walk,
   const auto feed_outside = std::exchange(walk.feed_in_pattern, std::nullopt);
   const bool took_feed_outside = std::exchange(walk.takes_feed_from_before, false);
   walk.last_cycle.reset();
-  if (!walk.is_inner_section()) walk.vision.begin_instance();
+  if (!walk.is_inner_section()) {
+    walk.vision.begin_instance();
+    walk.n_worked_before = walk.emitter.n_worked();
+  }
   walk.cursor = section.pattern;
   if (walk.cursor.offset() == section.pattern_end) walk.emitter.count_idle_line(section.line);
   while (walk.cursor.offset() < section.pattern_end && !walk.has_ended()) {

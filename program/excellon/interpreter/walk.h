@@ -178,11 +178,12 @@ struct Walk {
   bool warned_swap = false;    ///< M70 ahead of a mirror
   bool warned_padded = false;  ///< zeros beyond the format's digits
   bool reported_no_tool = false;
-  int line_of_open_count = 0;  ///< see RepeatSection
-  bool ended = false;          ///< nothing more is executed
-  bool has_end = false;        ///< because the program said so
-  bool ends_early = false;     ///< the end is that of end_at()
-  std::int64_t n_refused = 0;  ///< Reporter::n_refused() ahead of the line in hand
+  int line_of_open_count = 0;        ///< see RepeatSection
+  bool ended = false;                ///< nothing more is executed
+  bool has_end = false;              ///< because the program said so
+  bool ends_early = false;           ///< the end is that of end_at()
+  std::int64_t n_worked_before = 0;  ///< Emitter::n_worked() where the copy began
+  std::int64_t n_refused = 0;        ///< Reporter::n_refused() ahead of the line in hand
   std::int64_t n_vision_steps = 0;
   std::size_t asked_until = 0;
 };

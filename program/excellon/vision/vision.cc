@@ -127,6 +127,26 @@ std::optional<TargetHolePlace> VisionSession::measure_hole(const TargetPlace& ta
   return measuring_.hole_at_target(*index);
 }
 
+std::vector<FitPoint> VisionSession::points_of(const OpenSeries& open) const {
+  std::vector<FitPoint> points;
+  const auto is_lost = [this](std::size_t i) {
+    return measuring_.is_lost(i) || measuring_.is_of_left_out_board(i);
+  };
+  if (std::ranges::any_of(open.measurements, is_lost)) return points;
+  for (const std::size_t i : open.measurements) {
+    if (measuring_.is_found(i)) points.push_back(measuring_.fit_point(i));
+  }
+  return points;
+}
+
+/// Only a copy of a pattern has an end behind which its correction is another one.
+bool VisionSession::leaves_board_out(const OpenSeries& open, const TargetPlace& target) const {
+  if (!is_in_section_ || !target.file.empty() || target.is_worked_before) return false;
+  return measuring_.corrections().is_withheld ||
+         std::ranges::any_of(open.measurements,
+                             [this](std::size_t i) { return measuring_.is_of_left_out_board(i); });
+}
+
 void VisionSession::complete(const TargetPlace& target) {
   const OpenSeries open = *std::exchange(open_, std::nullopt);
   SeriesResult series;
@@ -139,14 +159,15 @@ void VisionSession::complete(const TargetPlace& target) {
   series.model = open.n_wanted == 1
                      ? PanelModel::Offset
                      : model_at_most(options_.model.value_or(usual), 2 * open.n_wanted, false);
-  series.assignment = measuring_.settle(open.measurements, open.level, open.line);
-  std::vector<FitPoint> points;
-  if (std::ranges::none_of(open.measurements,
-                           [this](std::size_t i) { return measuring_.is_lost(i); })) {
-    for (const std::size_t i : open.measurements) {
-      if (measuring_.is_found(i)) points.push_back(measuring_.fit_point(i));
-    }
+  series.is_left_out = leaves_board_out(open, target);
+  if (!series.is_left_out) {
+    series.assignment = measuring_.settle(open.measurements, open.level, open.line);
   }
+  std::vector<FitPoint> points;
+  do {
+    series.is_left_out = leaves_board_out(open, target);
+    points = series.is_left_out ? std::vector<FitPoint>() : points_of(open);
+  } while (measuring_.reconsider(series, points));
   const std::size_t i_series = measuring_.fit(std::move(series), points);
   memory_.store({i_series, open.n_wanted});
   measuring_.activate(i_series, target.line);
@@ -157,13 +178,20 @@ void VisionSession::cancel_base(int line) {
   refuse_unfinished(line, "G37");
   end_replay_outside();
   is_used_in_part_ = false;
-  measuring_.corrections().clear_base();
+  cancel(CorrectionLevel::Base);
 }
 
 void VisionSession::cancel_nested(int line) {
   refuse_unfinished(line, "G47");
   end_replay_outside();
-  measuring_.corrections().clear_nested();
+  cancel(CorrectionLevel::Nested);
+}
+
+/// Outside of copies it leaves open which coordinates behind it are a left-out board's.
+void VisionSession::cancel(CorrectionLevel level) {
+  CorrectionState& state = measuring_.corrections();
+  level == CorrectionLevel::Base ? state.clear_base() : state.clear_nested();
+  if (!is_in_section_ && std::exchange(state.is_withheld, false)) state.unknown = level;
 }
 
 void VisionSession::end_instance(int line) {
@@ -179,7 +207,17 @@ bool VisionSession::is_allowed(int line) {
                 "M52 up to the last target of the copy");
     return false;
   }
-  return !refuse_inside_stored(line) && !refuse_without_advance(line);
+  return !refuse_inside_stored(line) && !refuse_without_advance(line) && !refuse_uncorrected(line);
+}
+
+bool VisionSession::refuse_uncorrected(int line) {
+  if (!is_uncorrected()) return false;
+  reporter_.report(Code::CommandMisplaced,
+                   line,
+                   "a coordinate behind the copy of a board that is left out",
+                   "a series (G36, G46), M52 or G47 before it");
+  measuring_.stop();
+  return true;
 }
 
 void VisionSession::end_program(int line) {

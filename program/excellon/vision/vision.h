@@ -30,6 +30,7 @@ struct TargetPlace {
   Position<frame::Nominal> nominal;
   Placement placement;
   Position<frame::Machine> work_zero;
+  bool is_worked_before = false;  ///< the copy has drilled or routed ahead of it
 };
 
 /// The vision state of one walk: settings, the series being measured, the corrections in force and
@@ -91,12 +92,15 @@ class VisionSession {
     if (!is_in_section_ && has_advanced_ && memory_.points_left() == 0) rewind_line_ = 0;
     is_in_section_ = true;
     has_advanced_ = false;
+    measuring_.corrections().is_withheld = false;
   }
   void end_instance(int line);
   void end_section(int line);  // M08
 
   /// Nothing forbids a hole, wherever it is.
-  bool may_drill() const { return !open_ && rewind_line_ == 0 && !memory_.is_inside_series(); }
+  bool may_drill() const {
+    return !open_ && rewind_line_ == 0 && !memory_.is_inside_series() && !is_uncorrected();
+  }
   /// Reports what forbids a hole here; once for each cause.
   bool is_ready_to_drill(int line) { return may_drill() || is_allowed(line); }
   /// Reports a series that the end of the program leaves unfinished.
@@ -126,7 +130,16 @@ class VisionSession {
   std::optional<std::size_t> measure(const TargetPlace& target,
                                      CorrectionLevel level,
                                      bool is_of_series);
+  void cancel(CorrectionLevel level);
   void complete(const TargetPlace& target);
+  std::vector<FitPoint> points_of(const OpenSeries& open) const;
+  bool leaves_board_out(const OpenSeries& open, const TargetPlace& target) const;
+  /// The correction that would be in force is of a board that was left out.
+  bool is_uncorrected() const {
+    const CorrectionState& state = measuring_.corrections();
+    return state.unknown && !state.is_withheld;
+  }
+  bool refuse_uncorrected(int line);
   bool refuse_unfinished(int line, std::string_view command);
   bool refuse_inside_stored(int line);
   bool refuse_without_advance(int line);

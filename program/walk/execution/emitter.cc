@@ -102,8 +102,21 @@ bool Emitter::count_idle_line(int line) {
   return count(n_idle_lines_, idle_limit(), "idle lines of step and repeat", kShorter, line);
 }
 
+namespace {
+
+/// What belongs to a contour, and not to the machine.
+bool is_of_contour(const decltype(Operation::what)& what) {
+  return std::holds_alternative<Retract>(what) || std::holds_alternative<Compensation>(what) ||
+         std::holds_alternative<Autocalibration>(what);
+}
+
+}  // namespace
+
 void Emitter::put(int line, decltype(Operation::what) what) {
-  if (passes(line)) send(line, std::move(what));
+  if (!count_operations(1, line)) return;
+  ++n_words_;
+  const bool is_withheld = corrections_.is_withheld && is_of_contour(what);
+  if (sink_ != nullptr && !is_withheld) send(line, std::move(what));
 }
 
 void Emitter::send(int line, decltype(Operation::what) what) {
@@ -333,7 +346,7 @@ void Emitter::drill_panel(const Eigen::Vector2d& at_mm) const {
 void Emitter::drill_at_target(int line,
                               const Eigen::Vector2d& at_mm,
                               const TargetHolePlace& target) {
-  if (!count_operations(1, line) || !needs_places()) return;
+  if (!count_operations(1, line) || !needs_places() || corrections_.is_withheld) return;
   const auto nominal = place_.placement(position_mm<frame::Programmed>(at_mm));
   if (sink_ == nullptr) return panel_->drill({nominal, target.place.position, place_.work_zero});
   hit(line, 1);

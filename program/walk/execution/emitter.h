@@ -56,6 +56,8 @@ class Emitter {
   bool is_over_limit() const { return is_over_limit_; }
   std::int64_t n_operations() const { return n_operations_; }
   std::int64_t n_idle_lines() const { return n_idle_lines_; }
+  /// Grows with what is done at places of the panel: tools and settings do not count.
+  std::int64_t n_worked() const { return n_operations_ - n_words_; }
   /// The limit allows n more; else ends the walk before it begins them.
   bool has_room_for(std::int64_t n, int line) {
     return n <= options_.max_operations - n_operations_ || refuse_operations(line);
@@ -110,7 +112,7 @@ class Emitter {
   bool follows_map() const { return depths_.follows_map(cut_); }
 
   void drill(int line, const Eigen::Vector2d& at_mm) {
-    if (!count_operations(1, line) || !needs_places()) return;
+    if (!count_operations(1, line) || !needs_places() || corrections_.is_withheld) return;
     if (sink_ != nullptr) {
       drill_now(line, at_mm);
     } else {
@@ -162,7 +164,10 @@ class Emitter {
              int line);
   std::int64_t idle_limit() const;
   bool refuse_operations(int line);
-  bool passes(int line) { return count_operations(1, line) && sink_ != nullptr; }
+  /// Nothing of a board that is left out passes.
+  bool passes(int line) {
+    return count_operations(1, line) && sink_ != nullptr && !corrections_.is_withheld;
+  }
   void drill_now(int line, const Eigen::Vector2d& at_mm);
   [[gnu::noinline]] void drill_panel(const Eigen::Vector2d& at_mm) const;
   void hit(int line, std::int64_t n) {
@@ -253,6 +258,7 @@ class Emitter {
   bool has_hole_cut_ = false;  ///< hole_ has cut_
 
   std::int64_t n_operations_ = 0;
+  std::int64_t n_words_ = 0;  ///< of them, those of put()
   std::int64_t n_targets_ = 0;
   std::int64_t n_idle_lines_ = 0;
   std::int64_t n_expired_ = 0;  ///< tools: a slot that is kept whole uses up any number

@@ -25,7 +25,7 @@ void Emitter::step_slot(int line,
                         Length initial_depth,
                         Length increment,
                         std::optional<Feed> feed) {
-  was_switched_off_ = true;
+  was_switched_off_ |= !corrections_.is_withheld;
   refuse_passes(line);
   if (!passes(line)) return;
   const PlacedPoint end = placed(line, end_mm, Scaling::Never);
@@ -40,7 +40,7 @@ void Emitter::step_slot(int line,
 }
 
 void Emitter::move(int line, const Eigen::Vector2d& to_mm) {
-  was_switched_off_ = true;  // by the control, during the move (G00)
+  was_switched_off_ |= !corrections_.is_withheld;  // by the control, during the move (G00)
   if (!passes(line)) return;
   stand_at(to_mm);
   send(line, RapidMove{placed(line, to_mm, Scaling::Never)});
@@ -82,7 +82,7 @@ void Emitter::take_center(const Eigen::Vector2d& commanded_center_mm, Rout& move
 
 void Emitter::rout(int line, const Eigen::Vector2d& to_mm, std::optional<Feed> feed) {
   const bool is_cut = is_bent() || depths_.follows_map(cut_);
-  if (is_cut && sink_ != nullptr && stands_at_) {
+  if (is_cut && sink_ != nullptr && stands_at_ && !corrections_.is_withheld) {
     const Eigen::Vector2d from_mm = place_.placement.inverse()(*stands_at_).in_mm();
     const Arc path{from_mm, to_mm, 0.5 * (from_mm + to_mm), false, true};
     return rout_way(line, path, feed, stands_at_cut_);
@@ -93,7 +93,7 @@ void Emitter::rout(int line, const Eigen::Vector2d& to_mm, std::optional<Feed> f
 }
 
 void Emitter::rout(int line, const Arc& arc, std::optional<Feed> feed, const DepthOfCut& from) {
-  if (sink_ == nullptr) {
+  if (sink_ == nullptr || corrections_.is_withheld) {
     count_operations(1, line);
     return;
   }
@@ -224,7 +224,7 @@ void Emitter::compensate(int line,
                          CompensationSide side,
                          std::optional<Length> compensation_value) {
   side = placed_side(side);
-  if (side == side_) return;
+  if (side == side_ || corrections_.is_withheld) return;
   side_ = side;
   if (side == CompensationSide::Off) compensation_value.reset();
   put(line, Compensation{side, compensation_value});
@@ -235,6 +235,10 @@ void Emitter::plunge(int line,
                      CompensationSide side,
                      std::optional<Length> compensation_value,
                      std::optional<Length> depth_offset) {
+  if (corrections_.is_withheld) {
+    count_operations(1, line);
+    return;
+  }
   side = placed_side(side);
   const bool has_to_be_told = side != side_ || (was_switched_off_ && side != CompensationSide::Off);
   if (side == CompensationSide::Off) compensation_value.reset();

@@ -14,10 +14,6 @@
 namespace panelcal {
 namespace {
 
-bool is_skipped(const Measurement& measurement) {
-  return measurement.status == MeasurementStatus::Skipped;
-}
-
 bool may_be_chosen(const Measurement& measurement) {
   return std::ranges::any_of(measurement.candidates, &MeasuredCandidate::counts);
 }
@@ -67,10 +63,12 @@ void CorrectionState::clear_base() {
   nested_series.reset();
   base_reliability.reset();
   nested_reliability.reset();
+  unknown.reset();
 }
 
 void CorrectionState::clear_nested() {
   stack.clear_nested();
+  if (unknown == CorrectionLevel::Nested) unknown.reset();
   nested_series.reset();
   nested_reliability.reset();
 }
@@ -101,6 +99,7 @@ std::optional<std::size_t> Measuring::measure(MeasurementRequest request, bool i
   ++n_steps_;
   if (source_ == nullptr) return index;
   request.seq = static_cast<std::int64_t>(index);
+  request.is_of_left_out_board = corrections_.is_withheld;
 
   Expected<Measurement> measurement = source_->measure(request);
   // Files keep three numbers of a covariance; with the same three here a replay is exact.
@@ -112,8 +111,8 @@ std::optional<std::size_t> Measuring::measure(MeasurementRequest request, bool i
   }
   const bool is_lost = measurement->status != MeasurementStatus::Found;
   const bool is_told_later =
-      is_of_series && (may_be_chosen(*measurement) || is_skipped(*measurement));
-  if (is_lost && !is_told_later) report_lost(*measurement);
+      is_of_series && (may_be_chosen(*measurement) || panelcal::is_left_out(*measurement));
+  if (is_lost && !is_told_later && !corrections_.is_withheld) report_lost(*measurement);
   survey_.measurements.push_back(*std::move(measurement));
   return index;
 }
@@ -265,21 +264,77 @@ std::size_t Measuring::fit(SeriesResult series, std::span<const FitPoint> points
   const std::size_t i_series = n_fitted_++;
   ++n_steps_;
   if (!is_first_pass()) return i_series;
-  series.prescribed = series.model;
-  series.limits = limits_of(series.level);
-  if (series.level == CorrectionLevel::Nested) series.base_series = corrections_.base_series;
+  prepare(series);
   for (const FitPoint& point : points) series.points.push_back(point.i_measurement);
   if (!points.empty()) {
     fit_points(points, series);
     examine({points.begin(), points.end()}, series);
     note_reliability(series);
   }
+  if (series.is_left_out) report_left_out(series);
   for (const std::size_t i : series.measurements) {
-    if (is_skipped(measurement(i))) report_skipped(measurement(i), series);
+    if (!series.is_left_out && panelcal::is_left_out(measurement(i))) {
+      report_skipped(measurement(i), series);
+    }
   }
   survey_.series.push_back(std::move(series));
   if (options_.fitted) options_.fitted(survey_);
   return i_series;
+}
+
+void Measuring::prepare(SeriesResult& series) const {
+  series.prescribed = series.model;
+  series.limits = limits_of(series.level);
+  if (series.level == CorrectionLevel::Nested) series.base_series = corrections_.base_series;
+}
+
+namespace {
+
+/// The target that a series is refused for, or the likeliest of several; nothing where it is
+/// accepted, or where it lies wrong as a whole.
+std::optional<std::size_t> refused_target(const SeriesResult& series) {
+  if (!series.is_fitted() || series.is_accepted()) return std::nullopt;
+  if (series.fault && series.fault->i_outlier) return series.points[*series.fault->i_outlier];
+  for (const GateVerdict& gate : series.gates) {
+    if (!gate.accepted && gate.i_target) return series.points[*gate.i_target];
+  }
+  if (!series.fault) return std::nullopt;
+  for (const SeriesFault::Suspicion& suspicion : series.fault->suspicions) {
+    if (suspicion.i_point) return series.points[*suspicion.i_point];
+  }
+  return std::nullopt;
+}
+
+std::string refusal_text(const SeriesResult& series) {
+  if (series.fault) return series.fault->text();
+  return std::ranges::find(series.gates, false, &GateVerdict::accepted)->text();
+}
+
+}  // namespace
+
+bool Measuring::reconsider(SeriesResult series, std::span<const FitPoint> points) {
+  if (source_ == nullptr || must_stop_ || points.empty() || !source_->reconsiders()) return false;
+  DiagnosticLog unheard;
+  const Reporter muted(reporter_.file(), unheard);
+  Measuring trial(options_, survey_, source_, muted, unheard);
+  trial.corrections_ = corrections_;
+  trial.prepare(series);
+  trial.fit_points(points, series);
+  trial.examine({points.begin(), points.end()}, series);
+  const auto i_worst = refused_target(series);
+  if (!i_worst) return false;
+  Measurement& worst = survey_.measurements[*i_worst];
+  Expected<std::optional<Measurement>> anew = source_->reconsider({worst, refusal_text(series)});
+  if (!anew) {
+    log_.add(std::move(anew).error());
+    must_stop_ = survey_.was_stopped = true;
+    return false;
+  }
+  if (!*anew) return false;
+  worst = **std::move(anew);
+  if (is_lost(*i_worst)) report_lost(worst);
+  worst.measured.cov(1, 0) = worst.measured.cov(0, 1);
+  return true;
 }
 
 void Measuring::note_reliability(SeriesResult& series) {
@@ -374,11 +429,21 @@ OffsetUncertainty Measuring::offset_of(const SeriesResult& series) const {
 void Measuring::activate(std::size_t i_series, int line) {
   ++n_steps_;
   const SeriesResult& series = survey_.series[i_series];
+  if (series.is_left_out) {
+    const bool is_base = series.level == CorrectionLevel::Base;
+    if (is_base) corrections_.clear_base();
+    corrections_.clear_nested();
+    corrections_.is_withheld = true;
+    if (!corrections_.unknown) corrections_.unknown = series.level;
+    return;
+  }
   if (series.level == CorrectionLevel::Base) {
     if (!series.base) {
       must_stop_ = true;
       return;
     }
+    corrections_.unknown.reset();
+    corrections_.is_withheld = false;
     corrections_.stack.set_base(series.base, offset_of(series));
     corrections_.base_series = i_series;
     corrections_.base_reliability = series.reliability;
@@ -400,6 +465,8 @@ void Measuring::activate(std::size_t i_series, int line) {
     must_stop_ = true;
     return;
   }
+  if (corrections_.unknown == CorrectionLevel::Nested) corrections_.unknown.reset();
+  corrections_.is_withheld = false;
   corrections_.stack.set_nested(series.nested, offset_of(series));
   corrections_.nested_series = i_series;
   corrections_.nested_reliability = series.reliability;

@@ -24,6 +24,10 @@ struct CorrectionState {
   CorrectionStack stack;
   std::optional<std::size_t> base_series;
   std::optional<std::size_t> nested_series;
+  /// The copy that is walked is of a board that is left out: nothing of it is worked.
+  bool is_withheld = false;
+  /// The level whose correction would be in force, had its board not been left out.
+  std::optional<CorrectionLevel> unknown;
   /// Of those series; null: no correction.
   std::shared_ptr<const Reliability> base_reliability;
   std::shared_ptr<const Reliability> nested_reliability;
@@ -89,11 +93,20 @@ class Measuring {
   bool is_unperformed(int line) const {
     return survey_.unperformed.contains({reporter_.file(), line});
   }
+  /// Asks the source about a series that gates refuse because of a target, in the first pass. True
+  /// if that target has another answer now, so that the series has other points.
+  ///
+  /// In     series, points: as fit() takes them
+  bool reconsider(SeriesResult series, std::span<const FitPoint> points);
   const Measurement& measurement(std::size_t i) const { return survey_.measurements[i]; }
   bool is_found(std::size_t i) const { return measurement(i).status == MeasurementStatus::Found; }
-  /// Neither found nor skipped by a person.
+  /// Neither found nor left out by a person.
   bool is_lost(std::size_t i) const {
-    return !is_found(i) && measurement(i).status != MeasurementStatus::Skipped;
+    return !is_found(i) && !panelcal::is_left_out(measurement(i));
+  }
+  /// The board of a target is left out.
+  bool is_of_left_out_board(std::size_t i) const {
+    return measurement(i).status == MeasurementStatus::BoardLeftOut;
   }
   FitPoint fit_point(std::size_t i_measurement) const;
   /// Precondition: is_found(i_measurement)
@@ -122,7 +135,9 @@ class Measuring {
  private:
   /// Puts WalkOptions::aligned in force.
   void begin_aligned();
+  void prepare(SeriesResult& series) const;
   void report_lost(const Measurement& measurement);
+  void report_left_out(const SeriesResult& series);
   /// A warning where the others of its series make the fit, else an error.
   void report_skipped(const Measurement& measurement, const SeriesResult& series);
   OffsetUncertainty offset_of(const SeriesResult& series) const;

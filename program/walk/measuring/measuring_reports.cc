@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Diagnostics of targets that are lost, of fits that are refused, and of their causes.
+#include <algorithm>
 #include <string>
 #include <utility>
 
 #include "program/walk/measuring/measuring.h"
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace panelcal {
 namespace {
@@ -27,6 +29,8 @@ std::string remedy(MeasurementStatus status) {
     case MeasurementStatus::Rejected:
     case MeasurementStatus::Skipped:
       return "";
+    case MeasurementStatus::BoardLeftOut:
+      return "a series in a copy of a pattern (M25), ahead of its holes";
     default:
       return "a mark of the vision tool's size and polarity, at most search_radius_mm of [vision] "
              "from its place";
@@ -61,6 +65,19 @@ void Measuring::report_lost(const Measurement& measurement) {
                                measurement.reason.empty() ? "" : ": ",
                                measurement.reason),
                    remedy(measurement.status));
+}
+
+void Measuring::report_left_out(const SeriesResult& series) {
+  // The board's first series has said it.
+  if (corrections_.is_withheld) return;
+  const Measurement& first = measurement(*std::ranges::find_if(
+      series.measurements, [this](std::size_t i) { return is_of_left_out_board(i); }));
+  reporter_.report(Code::TargetDropped,
+                   first.request.line,
+                   fmt::format("board {} is left out, and nothing of it is drilled{}{}",
+                               fmt::join(series.path, "."),
+                               first.reason.empty() ? "" : ": ",
+                               first.reason));
 }
 
 void Measuring::report_skipped(const Measurement& measurement, const SeriesResult& series) {

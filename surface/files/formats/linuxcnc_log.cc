@@ -19,7 +19,7 @@ constexpr std::array<std::string_view, kAxes> kAxisNames = {
 Expected<ProbeFile> parse_linuxcnc_log(std::string_view text,
                                        const std::string& file,
                                        const ProbeFileOptions& options) {
-  const double unit_mm = options.unit.in_mm();
+  const double unit_mm = options.unit_mm();
   ProbeFile out;
   out.format = ProbeFormat::LinuxCncLog;
   out.file = file;

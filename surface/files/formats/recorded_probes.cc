@@ -80,6 +80,7 @@ Expected<ProbeFile> Probes::finish(const std::string& file, const ProbeFileOptio
   ProbeFile out;
   out.format = ProbeFormat::RecordedProbes;
   out.file = file;
+  out.states_sigma = true;
   std::optional<int> z_axis = options.z_axis;  // chosen, or the only one so far
   for (const std::vector<Reading>& readings : probes_) {
     const Reading& first = readings.front();

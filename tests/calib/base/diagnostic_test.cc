@@ -99,6 +99,12 @@ TEST(NearestWord, FindsWhatWasMeant) {
   EXPECT_EQ(nearest_word("y", kKnown), "x");
 }
 
+TEST(NearestWord, TakesTwoSwappedLettersForOneMistake) {
+  constexpr std::array<std::string_view, 2> kKnown = {"run", "survey"};
+  EXPECT_EQ(nearest_word("rnu", kKnown), "run");
+  EXPECT_EQ(nearest_word("nur", kKnown), "");
+}
+
 TEST(NearestWord, IsSilentWhenNothingIsNear) {
   constexpr std::array<std::string_view, 2> kKnown = {"rotate", "radius"};
   EXPECT_EQ(nearest_word("colour", kKnown), "");

@@ -32,16 +32,21 @@ class WrittenCamera final : public CameraDevice {
   }
   std::string name() const override { return "test camera"; }
   bool can_set(CameraSetting setting) const override {
-    return has_lamp_ && setting == CameraSetting::Lamp;
+    return setting == CameraSetting::Exposure || (has_lamp_ && setting == CameraSetting::Lamp);
+  }
+  std::optional<double> value(CameraSetting setting) const override {
+    return setting == CameraSetting::Exposure ? std::optional(exposure_us_) : std::nullopt;
   }
   Expected<void> set(CameraSetting setting, double value) override {
     orders_.push_back(fmt::format("camera {} {}", panelcal::name(setting), value));
+    if (setting == CameraSetting::Exposure) exposure_us_ = value;
     return {};
   }
 
  private:
   Orders& orders_;
   bool has_lamp_;
+  double exposure_us_ = 1500;
 };
 
 /// Stands a little beside where it was sent.
@@ -121,6 +126,23 @@ TEST_F(CameraViewsTest, SetsLampAndFocusOnceWhereItStandsAndWaitsAfterwards) {
   EXPECT_THAT(take_orders(), ElementsAre("stage focus -1.5", "wait 0.5", "take"));
 }
 
+TEST_F(CameraViewsTest, ExposesOneLookOtherwiseAndTheNextAsBefore) {
+  CameraViews views = this->views();
+  EXPECT_EQ(views.exposure_us(), 1500);
+  ASSERT_TRUE(views.take(request_, at(100, 50)));
+  EXPECT_THAT(take_orders(), ElementsAre("move 60 53", "wait 0.5", "take"));
+  request_.settings.exposure_us = 4000;
+  ASSERT_TRUE(views.take(request_, at(100, 50)));
+  EXPECT_THAT(take_orders(), ElementsAre("camera exposure 4000", "wait 0.5", "take"));
+  ASSERT_TRUE(views.take(request_, at(100, 50)));
+  EXPECT_THAT(take_orders(), ElementsAre("take"));
+  request_.settings.exposure_us.reset();
+  ASSERT_TRUE(views.take(request_, at(100, 50)));
+  EXPECT_THAT(take_orders(), ElementsAre("camera exposure 1500", "wait 0.5", "take"));
+  ASSERT_TRUE(views.take(request_, at(100, 50)));
+  EXPECT_THAT(take_orders(), ElementsAre("take"));
+}
+
 TEST_F(CameraViewsTest, KeepsToWhatMachineTomlStatesUntilAProgramAsksForAnother) {
   CameraViews views = this->views();
   VisionOptions stated;
@@ -183,7 +205,7 @@ TEST(OpenCameraViews, SaysWhatMachineTomlLacks) {
   EXPECT_THAT(open_camera_views(config(""), "folder:x"), FailsWith(Code::ConfigValue, "[camera]"));
   EXPECT_THAT(
       open_camera_views(config("[camera]\ncalibration = \"camera.cal.json\"\n"), "folder:x"),
-      FailsWith(Code::ConfigValue, "[machine] stage_command"));
+      FailsWith(Code::ConfigValue, "stage_command that drives the camera"));
   EXPECT_THAT(open_camera_views(config(""), "folder"), FailsWith(Code::CameraUri));
 }
 

@@ -70,7 +70,7 @@ TEST(OperatorCommand, RefusesWhatIsNoCommand) {
   expect_refused(R"({"do":"answer","question":1,"choice":"hand"})");
   expect_refused(R"({"do":"answer","question":-1,"choice":"skip"})");
   expect_refused(R"({"do":"answer","question":1,"choice":"skip","at_px":[1,1]})");
-  expect_refused(R"({"do":"answer","question":1,"choice":"again","exposure":3})");
+  expect_refused(R"({"do":"answer","question":1,"choice":"again","exposure":"long"})");
   expect_refused(R"({"do":"roll_back","kind":"camera","to":"17a","reason":"x"})");
   expect_refused("{\"do\":\"stop\",\"x\":\"" + std::string(70'000, 'x') + "\"}");
 }

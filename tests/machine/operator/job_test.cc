@@ -112,7 +112,6 @@ TEST_F(StationJob, ShowsTargetsAndFits) {
   EXPECT_EQ(view["width_px"], 280);
   EXPECT_NEAR(view["um_per_px"].get<double>(), 10, 1e-9);
   EXPECT_NEAR(view["search"]["radius_px"].get<double>(), 90, 1e-6);
-  EXPECT_EQ(view["jog_mm"], 0.9);
   ASSERT_NE(station_->frame(), nullptr);
   EXPECT_EQ(view["frame"], station_->frame()->number);
 }
@@ -126,6 +125,8 @@ TEST_F(StationJob, GivesTheProgramANameOnlyWhenItMayBeDrilled) {
   expect_refused(R"({"do":"write","name":"../panel.drl"})");
   order(R"({"do":"write","name":"panel.drl"})");
   EXPECT_EQ(job()["outputs"], nlohmann::json({"panel.drl"}));
+  EXPECT_NE(job()["verdict"]["words"].get<std::string>().find("Load panel.drl"), std::string::npos)
+      << job()["verdict"];
   EXPECT_EQ(read_file(folder_.path() / "jobs/2026-11-27-1/panel.drl").value_or(""),
             file_of("output"));
 }
@@ -170,12 +171,85 @@ TEST_F(StationJob, AsksAboutATargetThatIsMissing) {
   EXPECT_TRUE(job["question"]["why_not"].contains("skip"));
   EXPECT_TRUE(job["question"]["why_not"].contains("candidate"));
   EXPECT_EQ(job["question"]["why_not"]["jog"], "recorded pictures do not move");
+  EXPECT_FALSE(job["question"].contains("jog_mm"));
+  EXPECT_TRUE(job["question"]["why_not"].contains("lamp"));
+  EXPECT_TRUE(job["question"]["why_not"].contains("exposure"));
+  expect_refused(R"({"do":"answer","question":1,"choice":"again","exposure":2000})");
+  expect_refused(R"({"do":"answer","question":1,"choice":"keep"})");
   expect_refused(R"({"do":"answer","question":1,"choice":"skip"})");
   expect_refused(R"({"do":"answer","question":1,"choice":"candidate","index":0})");
   expect_refused(R"({"do":"answer","question":2,"choice":"again"})");
   expect_refused(R"({"do":"answer","question":1,"choice":"hand","at_px":[280,10]})");
   expect_refused(R"({"do":"jog","by_mm":[0.1,0]})");
   expect_refused(R"({"do":"close"})");
+}
+
+TEST_F(StationJob, LeavesABoardOutAndDrillsTheOther) {
+  const nlohmann::json asked = run_without(6);
+  const auto& choices = asked["question"]["choices"];
+  ASSERT_NE(std::ranges::find(choices, "leave_board_out"), choices.end()) << asked["question"];
+  order(R"({"do":"answer","question":1,"choice":"leave_board_out"})");
+  const nlohmann::json job = wait_until_it_rests();
+  EXPECT_EQ(job["state"], "done") << job.dump(1);
+  EXPECT_EQ(job["n_holes"], 1);
+  const nlohmann::json& target = job["targets"][6];
+  EXPECT_EQ(target["status"], "board_left_out");
+  EXPECT_EQ(target["by"], "leave_board_out");
+  EXPECT_EQ(target["who"], "Anna");
+  EXPECT_EQ(target["when"], "2026-11-27T08:00:00Z");
+  EXPECT_EQ(job["series"][2]["words"], "board left out");
+  const std::string words = job["verdict"]["words"];
+  EXPECT_NE(words.find("not drilled: board [1] (line 16)"), std::string::npos) << words;
+  EXPECT_NE(file_of("output").find("its board left out"), std::string::npos);
+  EXPECT_NE(file_of("facts.json").find("\"is_left_out\":true"), std::string::npos);
+
+  // The recorded measurements give the same program.
+  const std::filesystem::path recorded = folder_.path() / "recorded.jsonl";
+  write(recorded, file_of("measurements.jsonl"));
+  write(folder_.path() / "alone.exc", kSmallProgram);
+  const std::string replayed = corrected(folder_.path() / "machine.toml",
+                                         folder_.path() / "alone.exc",
+                                         {.command = "test", .measurements = recorded.string()},
+                                         folder_.path() / "alone.drl");
+  ASSERT_FALSE(replayed.empty());
+  EXPECT_EQ(blocks_of(replayed), blocks_of(file_of("output")));
+}
+
+TEST_F(StationJob, LeavesNoLastBoardOut) {
+  take_pictures();
+  blank(4);
+  blank(6);
+  open_small_program();
+  order(R"({"do":"start"})");
+  wait_until_it_rests();
+  order(R"({"do":"answer","question":1,"choice":"leave_board_out"})");
+  const nlohmann::json second = wait_until_it_rests();
+  EXPECT_EQ(second["question"]["seq"], 6);
+  EXPECT_EQ(second["question"]["why_not"]["leave_board_out"], "no board would be left");
+  expect_refused(R"({"do":"answer","question":2,"choice":"leave_board_out"})");
+}
+
+TEST_F(StationJob, LeavesNoPanelOut) {
+  const nlohmann::json job = run_without(1);
+  EXPECT_TRUE(job["question"]["why_not"].contains("leave_board_out"));
+}
+
+TEST_F(StationJob, AsksAboutABoardWhoseTargetsDisagree) {
+  take_pictures();
+  rows_[6].axis = rows_[6].axis + displacement_mm<frame::Machine>(0.2, 0);
+  write_list();
+  open_small_program();
+  order(R"({"do":"start"})");
+  const nlohmann::json asked = wait_until_it_rests();
+  ASSERT_EQ(asked["state"], "asking") << asked.dump(1);
+  // Two targets: either may be the wrong one.
+  EXPECT_GE(asked["question"]["seq"], 5);
+  const auto& choices = asked["question"]["choices"];
+  EXPECT_NE(std::ranges::find(choices, "keep"), choices.end()) << choices;
+  order(R"({"do":"answer","question":1,"choice":"leave_board_out"})");
+  const nlohmann::json job = wait_until_it_rests();
+  EXPECT_EQ(job["state"], "done") << job.dump(1);
+  EXPECT_EQ(job["n_holes"], 1);
 }
 
 TEST_F(StationJob, AsksAgainWhileNothingIsFound) {

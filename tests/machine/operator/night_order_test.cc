@@ -92,6 +92,20 @@ TEST_F(StationNight, CalibratesAndGoesBack) {
   EXPECT_EQ(restored->offsets.find(drilling)->offset, wanted->offsets.find(drilling)->offset);
 }
 
+TEST_F(StationNight, IsStoppedByAPersonAndInstallsNothing) {
+  start_on("2026-11-26");
+  expect_refused(R"({"do":"stop"})");
+  order(R"({"do":"calibrate","kind":"night"})");
+  order(R"({"do":"stop"})");
+  const nlohmann::json stopped = wait_for([](const nlohmann::json& screen) {
+    return screen["calibration"]["state"] != "running";
+  })["calibration"];
+  EXPECT_EQ(stopped["state"], "failed");
+  EXPECT_NE(stopped["verdict"].get<std::string>().find("stopped"), std::string::npos) << stopped;
+  EXPECT_EQ(calibration(), "");
+  EXPECT_EQ(calibrate("night")["calibration"]["state"], "done");
+}
+
 TEST_F(StationNight, RefusesWhatItCannotCalibrate) {
   start_on("2026-11-26");
   expect_refused(R"({"do":"calibrate","kind":"coffee"})");

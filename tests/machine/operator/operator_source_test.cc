@@ -60,6 +60,12 @@ class ScriptedSource final : public MeasurementSource, public ViewTaker {
     if (answer) answer->request = request;
     return answer;
   }
+  bool can_set(CameraSetting setting) const override {
+    return has_lights && (setting == CameraSetting::Lamp || setting == CameraSetting::Exposure);
+  }
+  std::optional<double> exposure_us() const override {
+    return has_lights ? std::optional(1500.0) : std::nullopt;
+  }
   Expected<TakenPicture> take(const MeasurementRequest&, const View& view) override {
     views.push_back(view);
     return TakenPicture{Image(280, 240, Image::kFullScale8, 100), view.axis, "", ""};
@@ -69,6 +75,7 @@ class ScriptedSource final : public MeasurementSource, public ViewTaker {
   Detection detection;
   std::vector<MeasurementRequest> asked;
   std::vector<View> views;
+  bool has_lights = true;
 
  private:
   PictureFeed& feed_;
@@ -105,7 +112,8 @@ class OperatorSourceTest : public ::testing::Test {
     feed_.emplace(*desk_, machine_.vision, 6);
     script_ = std::make_shared<ScriptedSource>(*feed_, *locator_);
     source_.emplace(
-        OperatorSource::Station{*desk_, *job_folder_, *feed_, machine_, nominal_, clock_},
+        OperatorSource::Station{
+            *desk_, *job_folder_, *feed_, machine_, nominal_, clock_, n_questions_},
         script_,
         script_.get(),
         std::map<std::int64_t, Measurement>());
@@ -154,6 +162,7 @@ class OperatorSourceTest : public ::testing::Test {
   std::optional<Desk> desk_;
   std::optional<PictureFeed> feed_;
   std::shared_ptr<ScriptedSource> script_;
+  int n_questions_ = 0;
   std::optional<OperatorSource> source_;
 };
 
@@ -186,6 +195,32 @@ TEST_F(OperatorSourceTest, LooksAgainWithAnotherLamp) {
   EXPECT_FALSE(answer->request.settings.lamp);
   ASSERT_EQ(job_folder_->choices().size(), 1U);
   EXPECT_EQ(job_folder_->choices()[0].who, "Anna");
+}
+
+TEST_F(OperatorSourceTest, LooksAgainWithAnotherExposureForThatLookAlone) {
+  script_->answers = {lost()};
+  auto found = measure(0);
+  EXPECT_EQ(question().exposure_us, 1500);
+  ASSERT_TRUE(tell({.question = 1, .choice = Choice::Again, .exposure_us = 3000}));
+  const auto answer = found.get();
+  ASSERT_TRUE(answer) << answer.error().text();
+  ASSERT_EQ(script_->asked.size(), 2U);
+  EXPECT_EQ(script_->asked[1].settings.exposure_us, 3000);
+  EXPECT_FALSE(answer->request.settings.exposure_us);
+  EXPECT_NE(job_folder_->choices()[0].what.find("exposure 3000 us"), std::string::npos);
+}
+
+TEST_F(OperatorSourceTest, RefusesAnExposureThatTheCameraCannotSet) {
+  script_->has_lights = false;
+  script_->answers = {lost()};
+  auto found = measure(0);
+  EXPECT_TRUE(question().why_not.contains("exposure"));
+  EXPECT_TRUE(question().why_not.contains("lamp"));
+  EXPECT_FALSE(question().exposure_us);
+  EXPECT_FALSE(tell({.question = 1, .choice = Choice::Again, .exposure_us = 3000}));
+  EXPECT_FALSE(tell({.question = 1, .choice = Choice::Again, .lamp = 30}));
+  ASSERT_TRUE(tell({.question = 1, .choice = Choice::Again}));
+  EXPECT_TRUE(found.get());
 }
 
 TEST_F(OperatorSourceTest, SearchesWhereAPersonPoints) {
@@ -299,6 +334,60 @@ TEST_F(FourTargets, FitsTheOthersOfASkippedOne) {
   })) << all_text(log);
 }
 
+/// The third of four targets seen 0.2 mm beside its place, with a small covariance.
+Measurement displaced(const MeasurementRequest& request) {
+  Measurement out;
+  out.status = MeasurementStatus::Found;
+  out.measured.position =
+      position_mm<frame::Actual>((request.expected.in_mm() + Eigen::Vector2d(0.2, 0)).eval());
+  out.measured.cov = 1e-6 * Eigen::Matrix2d::Identity();
+  return out;
+}
+
+TEST_F(FourTargets, AsksAboutATargetThatItsSeriesContradicts) {
+  for (const std::size_t seq : {0, 1, 2, 3}) {
+    Measurement answer = displaced(request(seq));
+    if (seq != 2) answer.measured.position = request(seq).expected;
+    script_->answers.emplace_back(answer);
+  }
+  DiagnosticLog log;
+  auto surveyed = std::async(std::launch::async, [&] {
+    return survey(program_of(program_text_), machine_.walk, *source_, log);
+  });
+  const ScreenQuestion asked = question();
+  EXPECT_EQ(asked.seq, 2);
+  EXPECT_NE(std::ranges::find(asked.choices, "keep"), asked.choices.end());
+  ASSERT_TRUE(tell({.question = 1, .choice = Choice::Again}));
+  const Survey survey = surveyed.get();
+  EXPECT_FALSE(log.has_errors()) << all_text(log);
+  EXPECT_TRUE(survey.is_accepted());
+  EXPECT_EQ(survey.measurements[2].decision.by, Decider::Camera);
+  // In the journal as well, which still takes more.
+  EXPECT_TRUE(job_folder_->append(internal::JobChoice{2, "x", "Anna", "now"}));
+  ASSERT_EQ(job_folder_->measurements().size(), 4U);
+  EXPECT_EQ(job_folder_->measurements()[2].decision.by, Decider::Camera);
+}
+
+TEST_F(FourTargets, HoldsTheJobWhereAPersonKeepsAContradictedTarget) {
+  for (const std::size_t seq : {0, 1, 2, 3}) {
+    Measurement answer = displaced(request(seq));
+    if (seq != 2) answer.measured.position = request(seq).expected;
+    script_->answers.emplace_back(answer);
+  }
+  DiagnosticLog log;
+  auto surveyed = std::async(std::launch::async, [&] {
+    return survey(program_of(program_text_), machine_.walk, *source_, log);
+  });
+  question();
+  ASSERT_TRUE(tell({.question = 1, .choice = Choice::Keep}));
+  const Survey survey = surveyed.get();
+  EXPECT_TRUE(log.has_errors());
+  EXPECT_FALSE(survey.is_accepted());
+  EXPECT_FALSE(survey.measurements[2].decision.is_by_person());
+  ASSERT_EQ(job_folder_->choices().size(), 1U);
+  EXPECT_EQ(job_folder_->choices()[0].who, "Anna");
+}
+
 TEST_F(OperatorSourceTest, TakesOneAnswerToOneQuestion) {
   script_->answers = {lost()};
   auto found = measure(0);
@@ -346,7 +435,8 @@ TEST_F(OperatorSourceTest, JogsWithinTheSearchRadius) {
 }
 
 TEST_F(OperatorSourceTest, ShowsWhatTheCameraSeesWhileAQuestionIsOpen) {
-  OperatorSource::Station live{*desk_, *job_folder_, *feed_, machine_, nominal_, clock_};
+  OperatorSource::Station live{
+      *desk_, *job_folder_, *feed_, machine_, nominal_, clock_, n_questions_};
   live.is_live = true;
   source_.emplace(live, script_, script_.get(), std::map<std::int64_t, Measurement>());
   script_->answers = {lost()};

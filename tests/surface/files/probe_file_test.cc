@@ -26,7 +26,7 @@ ProbeFormat format_of(const char* text, const std::string& file) {
   return found ? found->format : ProbeFormat::BcncProbe;
 }
 
-TEST(ProbeFile, KnowsAFormatByItsNameElseByItsFirstBytes) {
+TEST(ProbeFile, KnowsAFormatByItsTextElseByItsName) {
   const char* hmap =
       R"(<heightmap MinX="0" MinY="0" MaxX="1" MaxY="1" SizeX="2" SizeY="2"><point X="0" Y="0">1</point></heightmap>)";
   const char* readings =
@@ -40,11 +40,55 @@ TEST(ProbeFile, KnowsAFormatByItsNameElseByItsFirstBytes) {
   EXPECT_EQ(format_of("0 1 2\n0 1 2\n0 1 9\n0 0 1\n1 0 1\n0 1 1\n1 1 1\n", "a.probe"),
             ProbeFormat::BcncProbe);
   EXPECT_EQ(format_of("0 1 2\n", "probe-results.txt"), ProbeFormat::LinuxCncLog);
-  // A name that says what it is rules: the message is then about that format.
-  EXPECT_THAT(parse_probe_file("0 1 2\n", "a.csv"),
-              FailsWith(Code::MeasurementFile, "a.csv:1:1: error[measurement-file]"));
-  const auto forced = parse_probe_file("0 1 2\n", "a.csv", {.format = ProbeFormat::LinuxCncLog});
-  EXPECT_TRUE(forced) << forced.error().text();
+  // Text rules over names, and tells a grid from a log of as many numbers.
+  EXPECT_EQ(format_of("0 1 2\n", "a.csv"), ProbeFormat::LinuxCncLog);
+  EXPECT_EQ(format_of("0 1 2\n0 1 2\n0 1 9\n0 0 1\n1 0 1\n0 1 1\n1 1 1\n", "a.txt"),
+            ProbeFormat::BcncProbe);
+  EXPECT_EQ(format_of("0 1 2\n0 1 2\n0 1 9\n0 0 1\n1 0 1\n0 1 1\n", "a.txt"),
+            ProbeFormat::LinuxCncLog);
+  // Of a text that is cut off the name says what it was to be.
+  EXPECT_THAT(parse_probe_file("0 20\n", "a.probe"),
+              FailsWith(Code::MeasurementFile, "a.probe:1:1: error[measurement-file]"));
+}
+
+TEST(ProbeFile, NamesWhatIsReadWhereAFileIsNoneOfIt) {
+  const auto found = parse_probe_file("\n  Hello\n", "a.txt");
+  EXPECT_THAT(found, FailsWith(Code::MeasurementFile, "a.txt:2:1: error[measurement-file]"));
+  for (const char* kind : {"\"  Hello\"",
+                           "RepRapFirmware's",
+                           "LinuxCNC's",
+                           "bCNC's",
+                           "OpenCNCPilot's",
+                           "panelcal's",
+                           "Klipper's",
+                           "Moonraker's",
+                           "Marlin's",
+                           "GRBL's",
+                           "Candle's",
+                           "x, y and z"}) {
+    EXPECT_THAT(found, FailsWith(Code::MeasurementFile, kind));
+  }
+}
+
+TEST(ProbeFile, RefusesSignsOfTwoFormats) {
+  EXPECT_THAT(
+      parse_probe_file("[PRB:1.000,2.000,3.000:1]\nBed X: 1.000 Y: 2.000 Z: 3.000\n", "a.log"),
+      FailsWith(Code::MeasurementFile, "marlin and grbl"));
+}
+
+TEST(ProbeFile, RefusesOptionsThatItsFormatDoesNotTake) {
+  const auto refused = [](const ProbeFileOptions& options, const char* text) {
+    EXPECT_THAT(parse_probe_file(kTwoByTwo, "a.csv", options),
+                FailsWith(Code::MeasurementFile, text));
+  };
+  refused({.profile = "default"}, "--profile");
+  refused({.mesh = MeshCorners{{0, 0}, {1, 1}}}, "--mesh-mm");
+}
+
+TEST(ProbeFile, StatesUnitAndZero) {
+  const auto found = parse_probe_file(kTwoByTwo, "heightmap.csv");
+  EXPECT_EQ(found->unit, "mm, as none is stated");
+  EXPECT_EQ(found->zero, "the machine's zero");
 }
 
 TEST(ProbeFile, NamesItsFormats) {
@@ -52,11 +96,17 @@ TEST(ProbeFile, NamesItsFormats) {
                                    ProbeFormat::LinuxCncLog,
                                    ProbeFormat::BcncProbe,
                                    ProbeFormat::OpenCncPilotMap,
-                                   ProbeFormat::RecordedProbes}) {
+                                   ProbeFormat::RecordedProbes,
+                                   ProbeFormat::KlipperConfig,
+                                   ProbeFormat::MoonrakerJson,
+                                   ProbeFormat::MarlinConsole,
+                                   ProbeFormat::GrblConsole,
+                                   ProbeFormat::CandleMap,
+                                   ProbeFormat::PlainCsv}) {
     EXPECT_EQ(probe_format_from_name(name_of(format)), format);
   }
   EXPECT_EQ(name_of(ProbeFormat::RecordedProbes), "probes");
-  EXPECT_FALSE(probe_format_from_name("csv"));
+  EXPECT_FALSE(probe_format_from_name("excel"));
 }
 
 TEST(ProbeFile, TakesUnitAndSigmaFromTheOptions) {

@@ -453,6 +453,20 @@ TEST_F(ServeTokens, OpenASessionByACookieThatPagesCannotRead) {
   EXPECT_EQ(get("/api/state").status, 401);
 }
 
+TEST_F(ServeTokens, EndTheirSessionAndGiveTheControlsBack) {
+  EXPECT_EQ(service->handle(post("/api/logout", "{}")).status, 401);
+  const std::string set = header_of(log_in(kToken), "Set-Cookie");
+  cookie = set.substr(0, set.find(';'));
+  EXPECT_EQ(header_of(get("/api/state"), "X-Panelcal-Session"), "open");
+  take_controls();
+  const Response answer = service->handle(post("/api/logout", "{}"));
+  EXPECT_EQ(answer.status, 200);
+  EXPECT_THAT(header_of(answer, "Set-Cookie"), HasSubstr("=; "));
+  EXPECT_THAT(header_of(answer, "Set-Cookie"), HasSubstr("; Max-Age=0"));
+  EXPECT_EQ(controls.holder(), "");
+  EXPECT_EQ(get("/api/state").status, 401);
+}
+
 TEST_F(ServeTokens, ComeByTlsInASecureCookie) {
   Request made = post("/api/login", std::string(R"({"token":")") + kToken + R"("})");
   made.is_encrypted = true;

@@ -10,8 +10,8 @@ inline constexpr std::string_view kCalibrate = R"(Example
   $ panelcal calibrate spindle-camera -m drill1.toml --camera gige://192.168.1.20 --install
 
 Each part has its own page: `panelcal calibrate spindle-camera --help`. A calibration that drives
-the machine needs SOURCE: --camera URI with [machine] stage_command, or --machine-driver sim for the
-virtual machine of [sim]. Only --install puts a calibration in force.
+the machine needs SOURCE: --camera URI with [machine] driver or stage_command, or --machine-driver
+sim for the virtual machine of [sim]. Only --install puts a calibration in force.
 
 --report writes a page with values, sigmas, verdict and residuals as arrows, and of a table the map
 of its error; --json the same as facts (share/schema/calibration.schema.json).
@@ -84,6 +84,41 @@ Files
 Exit codes
   0 done; 1 there is no mark at --at, or it is refused; 2 bad input, or too few views show the mark;
   3 a device, the ledger or a file failed)";
+
+inline constexpr std::string_view kCalibrateCameraImport = R"(Examples
+  $ panelcal calibrate camera-import camera.yaml --scale-mm-per-px 0.0102 --corner-sigma-um 8 \
+      -o camera.cal.json
+  $ panelcal calibrate camera-import left.cameramodel --distance-mm 110 --rotation-deg 0.4 \
+      --corner-sigma-um 20 -o camera.cal.json
+
+Reads a pinhole with Brown's lens (k1, k2, p1, p2, k3): OpenCV's YAML (camera_matrix and
+distortion_coefficients), ROS' camera_info (plumb_bob, or rational_polynomial without k4 to k6) and
+mrcal's .cameramodel (LENSMODEL_PINHOLE, LENSMODEL_OPENCV4 to 12 without k4 to s4). Fisheye,
+rational, thin prism and splined models are refused by name, and so are pixels that are not square.
+
+Such a lens leads from the ray to the pixel, that of panelcal from the pixel to the ray. k1, k2, p1
+and p2 of the calibration are the inverse by least squares over the picture; "lens" says by how much
+it misses, and more than --max-lens-error-px is refused.
+
+Scale and rotation are not in such a file: state them. --corner-sigma-um is what you trust them to,
+and becomes their sigma; nothing measured it, as the calibration's provenance says. `panelcal
+calibrate camera` measures all of it, with its sigma, from one mark.
+
+Exit codes
+  0 done; 2 bad input or usage, or another lens model; 3 the disk failed)";
+
+inline constexpr std::string_view kCalibrateCameraExport = R"(Examples
+  $ panelcal calibrate camera-export camera.cal.json --to opencv -o camera.yaml
+  $ panelcal calibrate camera-export camera.cal.json --to mrcal --focal-px 11000 -o -
+
+Writes focal length, optical axis and lens as OpenCV's YAML (opencv), ROS' camera_info (ros) or
+mrcal's LENSMODEL_OPENCV5 (mrcal). k1, k2, p1, p2 and k3 are the inverse of panelcal's lens by least
+squares over the picture; an inverse that misses it by more than --max-lens-error-px is refused, and
+so is a camera with a tilt, which no lens model has. Scale and rotation stand in a comment, sigmas in
+none. A telecentric camera has no focal length: --focal-px gives it one.
+
+Exit codes
+  0 done; 2 bad input or usage, or a camera that no such file can say; 3 the disk failed)";
 
 inline constexpr std::string_view kCalibrateTable = R"(Example
   $ panelcal calibrate table -m machine.toml --plate plate.toml --measurements looks.jsonl \

@@ -381,6 +381,24 @@ std::optional<std::string> json_schema(std::string_view topic) {
 
 }  // namespace
 
+std::span<const HelpTopic> help_topics() {
+  static constexpr auto kTopics = std::to_array<HelpTopic>({
+      {"completion.bash", "Completion of words in bash: eval \"$(panelcal help completion.bash)\""},
+      {"completion.fish", "Completion of words in fish: panelcal help completion.fish | source"},
+      {"completion.zsh", "Completion of words in zsh: source <(panelcal help completion.zsh)"},
+      {"diagnostics", "Every error and warning, with its cause and its remedy"},
+      {"excellon", "Every command of Excellon programs, and what panelcal does with it"},
+      {"json-files", "The JSON files that panelcal reads, key by key"},
+      {"machine.schema.json",
+       "JSON Schema of machine.toml; each JSON file has one, see json-files"},
+      {"machine.toml", "Every key of the machine file, with its unit, range and default"},
+      {"panelcal.1", "Manual page in the language of man(7); each command has one: panelcal-run.1"},
+      {"sieb-meyer", "Every command of SIEB & MEYER programs, and what panelcal does with it"},
+      {"topics", "This list"},
+  });
+  return kTopics;
+}
+
 std::optional<std::string> help_topic(std::string_view topic) {
   if (topic == "diagnostics") return diagnostics_page();
   if (topic == "excellon") return excellon_page();

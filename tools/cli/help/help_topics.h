@@ -2,10 +2,19 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
 namespace panelcal {
+
+/// A topic of `panelcal help` besides the commands.
+struct HelpTopic {
+  std::string_view name;
+  std::string_view summary;
+};
+
+std::span<const HelpTopic> help_topics();
 
 /// A reference page in Markdown, made from the tables that the program itself uses: `diagnostics`,
 /// `excellon`, `sieb-meyer`, `machine.toml`, `json-files`; or a JSON Schema: `machine.schema.json`,

@@ -139,8 +139,9 @@ G39 and $uvis,calib drill into [coupon], look, and measure with the new spindle-
 there on; G39,SPOP and similar take the last measured offset. Both hold for this job only;
 without a coupon or a drill the order is passed on with a warning.
 
-With a live camera the machine is driven to each target through [machine] stage_command, a program
-of yours that speaks to its controller (docs/howto/cameras.md):
+With a live camera the machine is driven to each target by [machine] driver = "grbl"
+(docs/howto/grbl.md), or through stage_command, a program of yours that speaks to its controller
+(docs/howto/cameras.md):
 
   $ panelcal run job.exc -m machine.toml -o corrected.drl \
       --camera 'gige://192.168.1.20?exposure_us=2000&format=mono8'

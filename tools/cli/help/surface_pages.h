@@ -20,6 +20,16 @@ Exit codes
 
 inline constexpr std::string_view kSurfaceFit = R"(Example
   $ panelcal surface fit probes.jsonl -o map.json --report map.html
+  $ panelcal surface fit printer.cfg --profile default -o map.json
+  $ panelcal surface fit octoprint.log --mesh-mm 15,15,205,205 -o map.json
+  $ panelcal surface fit table.csv --unit inch -o map.json
+
+PROBES are told from their text: panelcal's readings, RepRapFirmware's heightmap.csv, LinuxCNC's log
+of PROBEOPEN, bCNC's .probe, OpenCNCPilot's .hmap, Klipper's printer.cfg, Moonraker's bed_mesh,
+consoles of Marlin (G29 T0, G29 V4, M420 V) and of GRBL ([PRB:x,y,z:1]), Candle's .map, and tables of
+x, y and z (docs/formats/height_files.md). "read" names the format, unit and zero of each. GRBL's
+work zero is taken off where the console states it (WCO, or G54, G92 and TLO of $#); a Marlin mesh
+whose console states no places needs --mesh-mm.
 
 Outliers among the probes are left out and named; up to 15 probes are judged one by one, and where
 a wild one cannot be told from a bend of the board, "why" says so. The model is a plane where

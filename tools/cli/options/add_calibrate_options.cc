@@ -41,6 +41,15 @@ CLI::Option_group* add_devices(CLI::App& command, CalibrateOptions& o) {
   return source;
 }
 
+void add_max_lens_error(CLI::App& command, CalibrateOptions& o) {
+  command
+      .add_option("--max-lens-error-px",
+                  o.max_lens_error_px,
+                  "By which one lens model may miss the other anywhere in the picture")
+      ->check(CLI::Range(1e-6, 10.0))
+      ->capture_default_str();
+}
+
 void add_install(CLI::App& command, CalibrateOptions& o, const char* what) {
   command.add_flag("--install", o.install, what);
   command.add_option("--reason", o.reason, "Why, for those who read the ledger later");
@@ -109,6 +118,44 @@ void add_calibrate_camera_options(CLI::App& command, CalibrateOptions& o) {
   command.add_option("--zoom", o.zoom, "Level of [[camera.zoom]] to calibrate at");
   add_install_by_force(
       command, o, "Put it in force: into [ledger] file, then into [camera] calibration");
+}
+
+void add_calibrate_camera_import_options(CLI::App& command, CalibrateOptions& o) {
+  command.add_option("MODEL", o.exchange_file, "OpenCV's YAML, ROS' camera_info, or .cameramodel")
+      ->required();
+  command.add_option("-o,--output", o.output, "The calibration (.cal.json)")->required();
+  CLI::Option_group* scale = command.add_option_group("SCALE", "What no lens model says");
+  scale->add_option("--scale-mm-per-px", o.scale_mm_per_px, "Of the panel on the optical axis")
+      ->check(CLI::Range(1e-6, 1e3));
+  scale
+      ->add_option(
+          "--distance-mm", o.distance_mm, "Of the panel from the lens: scale times focal length")
+      ->check(CLI::Range(1e-3, 1e6));
+  scale->require_option(1);
+  command.add_option("--rotation-deg", o.rotation_deg, "Of the picture against the machine")
+      ->check(CLI::Range(-360.0, 360.0))
+      ->capture_default_str();
+  command
+      .add_option("--corner-sigma-um",
+                  o.corner_sigma_um,
+                  "How far off a place in the picture's farthest corner may be (one sigma)")
+      ->required()
+      ->check(CLI::Range(1e-3, 1e6));
+  add_max_lens_error(command, o);
+  add_date(command, o);
+}
+
+void add_calibrate_camera_export_options(CLI::App& command, CalibrateOptions& o) {
+  command.add_option("CALIBRATION", o.exchange_file, "A camera's calibration (.cal.json)")
+      ->required();
+  command.add_option("--to", o.exchange_format, "Whose file to write")
+      ->required()
+      ->check(CLI::IsMember({"opencv", "ros", "mrcal"}));
+  command.add_option("-o,--output", o.output, "The file; - is standard output")->required();
+  command
+      .add_option("--focal-px", o.focal_px, "Focal length, of a telecentric camera (any will do)")
+      ->check(CLI::Range(1.0, 1e7));
+  add_max_lens_error(command, o);
 }
 
 void add_calibrate_table_options(CLI::App& command, CalibrateOptions& o) {

@@ -27,10 +27,11 @@ std::string check_seed(std::string& text) {
 void add_threads(CLI::App& command, std::size_t& n_threads) {
   constexpr std::size_t kMaxThreads = 256;
   command
-      .add_option("--threads",
-                  n_threads,
-                  "Threads that look at pictures, 0: one for each processor; no result depends "
-                  "on their number")
+      .add_option(
+          "--threads",
+          n_threads,
+          "Threads that look at pictures or do jobs, 0: one for each processor; no result depends "
+          "on their number")
       ->check(CLI::Range(std::size_t{0}, kMaxThreads))
       ->capture_default_str();
 }
@@ -93,9 +94,10 @@ void add_align_options(CLI::App& command, AlignOptions& o) {
                   "Of the fiducials of a Gerber file without X2 attributes, mm")
       ->check(CLI::PositiveNumber);
   command
-      .add_option("--auto",
-                  o.n_best_holes,
-                  "Look at so many of a program's own holes, those that determine all others best")
+      .add_option(
+          "--auto",
+          o.n_best_holes,
+          "Look at this number of a program's own holes, those that determine all others best")
       ->check(CLI::Range(1, 20));
   command.add_option("--panel", o.panel, "Which panel it is, to be kept with the alignment");
   command.add_option("--save-measurements",
@@ -280,6 +282,45 @@ void add_synth_options(CLI::App& command, SynthOptions& o) {
       ->needs(tool)
       ->capture_default_str();
   add_reading(command, o.reading, program);
+}
+
+void add_batch_options(CLI::App& command, BatchOptions& o) {
+  command.add_option(
+      "MANIFEST", o.manifest, "Jobs, a row each (CSV or JSON Lines); - is standard input");
+  command.add_option("--pattern", o.pattern, "Instead, a folder for each job, such as 'jobs/*'");
+  command.add_option("-o,--output", o.output, "Folder of the results");
+  command.add_option("-m,--machine", o.machine, "machine.toml of jobs that name none");
+  command
+      .add_option(
+          "--to",
+          o.format,
+          "Output format (default: from each output's extension, or the program's language)")
+      ->check(CLI::IsMember({"jsonl", "csv", "excellon", "sieb-meyer", "gcode", "svg"}));
+  CLI::Option* resume =
+      command.add_flag("--resume", o.resume, "Go on with a batch that was ended, however it was");
+  command.add_option("--only", o.only, "Do the jobs that failed, or those that were held, again")
+      ->check(CLI::IsMember({"failed", "held"}))
+      ->excludes(resume);
+  command
+      .add_option("--sample",
+                  o.n_sampled,
+                  "Only this number of jobs, the same ones each time: by a hash of their ids")
+      ->check(CLI::Range(std::size_t{1}, std::size_t{1'000'000'000}));
+  command.add_flag("--places", o.keeps_places, "List every hole in each job's facts.json");
+  add_json(command, o.facts);
+  add_clock(command, o.clock);
+  add_threads(command, o.n_threads);
+}
+
+void add_batch_report_options(CLI::App& command, BatchReportOptions& o) {
+  command.add_option("RESULTS", o.results, "Folder of the results")->required();
+  command.add_option("-o,--output", o.facts.report, "The page (.html)")->required();
+  add_json(command, o.facts);
+}
+
+void add_batch_show_options(CLI::App& command, BatchReportOptions& o) {
+  command.add_option("RESULTS", o.results, "Folder of the results")->required();
+  add_json(command, o.facts);
 }
 
 void add_nightly_options(CLI::App& command, NightlyOptions& o) {

@@ -29,11 +29,6 @@ CLI::Option* add_program(CLI::App& command, SurfaceOptions& o, const char* what)
   return program;
 }
 
-void add_format(CLI::App& command, SurfaceOptions& o, const char* what) {
-  command.add_option("--format", o.format, what)
-      ->check(CLI::IsMember({"probes", "heightmap", "linuxcnc", "bcnc", "opencncpilot"}));
-}
-
 void add_levelling(CLI::App& command, SurfaceOptions& o) {
   command
       .add_option("--height-tolerance-um",
@@ -84,8 +79,8 @@ void add_surface_fit_options(CLI::App& command, SurfaceOptions& o) {
   command
       .add_option("PROBES",
                   o.files,
-                  "Files of one panel: panelcal's (.jsonl), heightmap.csv, LinuxCNC's log, .probe, "
-                  ".hmap")
+                  "Files of one panel: panelcal's, RepRapFirmware's, LinuxCNC's, bCNC's, "
+                  "OpenCNCPilot's, Klipper's, Marlin's, GRBL's, Candle's, or a table of x, y, z")
       ->required();
   command.add_option("-o,--output", o.output, "The map (.json)")->required();
   CLI::Option* machine = command.add_option(
@@ -122,10 +117,28 @@ void add_surface_fit_options(CLI::App& command, SurfaceOptions& o) {
                   "Diameter of the probe's tip: a probe that may touch a void does not count (1)")
       ->check(CLI::Range(1e-3, 100.0));
   command.add_option("--clock", o.clock, kClock);
-  add_format(command, o, "Of the files (default: from their names and texts)");
-  command.add_option("--unit", o.unit, "Of files that state none")
-      ->check(CLI::IsMember({"mm", "inch"}))
-      ->capture_default_str();
+  command.add_option("--format", o.format, "Of the files (default: told from their texts)")
+      ->check(CLI::IsMember({"probes",
+                             "heightmap",
+                             "linuxcnc",
+                             "bcnc",
+                             "opencncpilot",
+                             "klipper",
+                             "moonraker",
+                             "marlin",
+                             "grbl",
+                             "candle",
+                             "csv"}));
+  command.add_option("--unit", o.unit, "Of files that state none (mm)")
+      ->check(CLI::IsMember({"mm", "inch"}));
+  command.add_option("--profile", o.profile, "Which mesh of a Klipper file that has several");
+  command
+      .add_option(
+          "--mesh-mm",
+          o.mesh_mm,
+          "X0,Y0,X1,Y1: the first and last node of a Marlin mesh whose console does not say")
+      ->expected(4)
+      ->delimiter(',');
   command.add_option("--zaxis", o.z_axis, "Whose heights, of probes with several Z axes (from 0)")
       ->check(CLI::Range(0, 63));
   add_report(command, o.facts, "Heights, sigmas and probes as a page (.html)");
@@ -214,7 +227,8 @@ void add_surface_export_options(CLI::App& command, SurfaceOptions& o) {
                   "heightmap.csv, .probe, .hmap, .jsonl, or any name with --format; - is standard "
                   "output")
       ->required();
-  add_format(command, o, "Of the file (default: by its name)");
+  command.add_option("--format", o.format, "Of the file (default: by its name)")
+      ->check(CLI::IsMember({"probes", "heightmap", "linuxcnc", "bcnc", "opencncpilot"}));
   command.add_option("--grid", o.grid, "NXxNY: columns and rows over the probes");
   command.add_flag("--fill", o.fill, "Heights of nodes that no probe vouches for, too");
   command.add_option("--zero", o.zero_mm, "X,Y: where heights are 0, mm (default: as in the map)")

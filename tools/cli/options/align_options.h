@@ -20,11 +20,11 @@ struct AlignOptions {
   std::string machine_driver;  ///< SOURCE
   std::string camera;          ///< SOURCE
   std::string output;
-  std::string panel;                  ///< which one; may be empty
-  std::string by;                     ///< who asks; empty: the user
+  std::string panel;                  ///< its name; may be empty
+  std::string by;                     ///< name of who asks; empty: the user
   std::optional<int> vision_tool;     ///< absent: the only one, or the one of the pads' size
   std::optional<double> diameter_mm;  ///< of the fiducials of a Gerber file without attributes
-  std::optional<int> n_best_holes;    ///< so many of a program's holes instead of its targets
+  std::optional<int> n_best_holes;    ///< number of a program's holes instead of its targets
   double valid_hours = 4;             ///< show
   std::string save_measurements;
   FactsFiles facts;

@@ -43,6 +43,14 @@ struct CalibrateOptions {
   double limit_um = 1;        ///< settle: an error that a picture may still see
   double longest_s = 1;       ///< settle: wait before the last picture of a move
   std::string linuxcnc;       ///< folder for what LinuxCNC understands; empty: none
+  // camera-import, camera-export; focal_px too
+  std::string exchange_file;              ///< another program's camera model, or a calibration
+  std::string exchange_format;            ///< opencv, ros or mrcal
+  std::optional<double> scale_mm_per_px;  ///< one of these two
+  std::optional<double> distance_mm;      ///< of the panel from the lens
+  double rotation_deg = 0;                ///< of the picture against the machine
+  std::optional<double> corner_sigma_um;  ///< of a place in the picture's farthest corner
+  double max_lens_error_px = 0.01;        ///< by which one model may miss the other
 };
 
 }  // namespace panelcal

@@ -21,11 +21,16 @@ void add_run_options(CLI::App& command, RunOptions& o);
 void add_translate_options(CLI::App& command, TranslateOptions& o);
 void add_locate_options(CLI::App& command, LocateCommandOptions& o);
 void add_synth_options(CLI::App& command, SynthOptions& o);
+void add_batch_options(CLI::App& command, BatchOptions& o);
+void add_batch_report_options(CLI::App& command, BatchReportOptions& o);
+void add_batch_show_options(CLI::App& command, BatchReportOptions& o);
 void add_nightly_options(CLI::App& command, NightlyOptions& o);
 void add_serve_options(CLI::App& command, ServeOptions& o);
 
 void add_calibrate_spindle_camera_options(CLI::App& command, CalibrateOptions& o);
 void add_calibrate_camera_options(CLI::App& command, CalibrateOptions& o);
+void add_calibrate_camera_import_options(CLI::App& command, CalibrateOptions& o);
+void add_calibrate_camera_export_options(CLI::App& command, CalibrateOptions& o);
 void add_calibrate_table_options(CLI::App& command, CalibrateOptions& o);
 void add_calibrate_surface_options(CLI::App& command, CalibrateOptions& o);
 void add_calibrate_focus_options(CLI::App& command, CalibrateOptions& o);

@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <span>
 #include <string>
 
-namespace CLI {
-class App;
-}
+#include "tools/cli/options/command_help.h"
 
 namespace panelcal {
 
-/// A script by which bash completes commands, options, their words and the names of files.
+/// Scripts by which a shell completes commands, options, their words and the names of files. Each
+/// command and option is in them.
 ///
-/// In     app: the whole command line; each command and option of it is in the script
+/// In     commands: the program itself first
 /// See    tests/tools/completion_test.sh
-std::string bash_completion(const CLI::App& app);
+std::string bash_completion(std::span<const CommandHelp> commands);
+std::string fish_completion(std::span<const CommandHelp> commands);
+std::string zsh_completion(std::span<const CommandHelp> commands);
 
 }  // namespace panelcal

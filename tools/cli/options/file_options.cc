@@ -17,13 +17,17 @@ struct Row {
   std::string_view what;  ///< of inputs: "FILE is ..."
 };
 
-constexpr std::array<Row, 33> kFileOptions = {{
+constexpr std::array<Row, 37> kFileOptions = {{
     {"PROGRAM", FileUse::Read, "the program"},
     {"--program", FileUse::Read, "the program"},
+    {"MANIFEST", FileUse::Read, "the manifest"},
     {"GCODE", FileUse::Read, "the program"},
     {"MAP", FileUse::Read, "the map"},
     {"PROBES", FileUse::Read, "a file of probes"},
+    {"MODEL", FileUse::Read, "the camera model"},
+    {"CALIBRATION", FileUse::Read, "the calibration"},
     {"IMAGE", FileUse::Read, "a picture that is looked at"},
+    {"RESULTS", FileUse::Read, "the folder of the results"},
     {"PLACE", FileUse::Read, "the list of places"},
     {"PADS", FileUse::Read, "the file of pads"},
     {"ALIGNMENT", FileUse::Read, "the alignment"},
@@ -64,14 +68,19 @@ const Row* file_row_of(const CLI::Option& option) {
   return is_flag || row == kFileOptions.end() ? nullptr : &*row;
 }
 
+/// synth makes a folder of pictures, batch one of results.
+FileUse use_by(const CLI::App& command, FileUse use) {
+  if (use != FileUse::Output) return use;
+  if (command.get_name() == "synth") return FileUse::SynthFolder;
+  return command.get_name() == "batch" ? FileUse::OutputFolder : use;
+}
+
 void add_options(const CLI::App& app, std::vector<FileOption>& files) {
   for (const CLI::Option* const option : app.get_options()) {
     const Row* const row = file_row_of(*option);
     if (row == nullptr) continue;
-    // synth makes a folder of pictures.
-    const bool is_synth = row->use == FileUse::Output && app.get_name() == "synth";
     for (const std::string& path : option->results()) {
-      files.push_back({is_synth ? FileUse::SynthFolder : row->use, path, std::string(row->what)});
+      files.push_back({use_by(app, row->use), path, std::string(row->what)});
     }
   }
   for (const CLI::App* const below : app.get_subcommands([](const CLI::App*) { return true; })) {

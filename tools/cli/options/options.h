@@ -116,6 +116,27 @@ struct SynthOptions {
   ReadingTerms reading;
 };
 
+struct BatchOptions {
+  std::string manifest;  ///< or:
+  std::string pattern;   ///< of folders, a job each
+  std::string output;    ///< the folder of the results
+  std::string machine;   ///< of jobs that name none
+  std::string format;    ///< empty: from each output's extension, or the program's language
+  std::string clock;     ///< of jobs that name none; empty: now
+  std::string only;      ///< failed or held: these jobs once more; empty: those not done yet
+  FactsFiles facts;
+  std::size_t n_sampled = 0;  ///< 0: all
+  std::size_t n_threads = 0;  ///< 0: one for each processor
+  bool resume = false;
+  bool keeps_places = false;
+};
+
+/// Of `batch report` and `batch show`.
+struct BatchReportOptions {
+  std::string results;
+  FactsFiles facts;
+};
+
 struct NightlyOptions {
   std::string machine;
   FactsFiles facts;                     ///< empty ones: [nightly] reports
@@ -147,6 +168,8 @@ using CommandOptions = std::variant<CheckOptions,
                                     LocateCommandOptions,
                                     PlanOptions,
                                     SynthOptions,
+                                    BatchOptions,
+                                    BatchReportOptions,
                                     CalibrateOptions,
                                     NightlyOptions,
                                     ServeOptions,

@@ -8,8 +8,6 @@
 namespace panelcal {
 namespace {
 
-constexpr std::string_view kMissingCommand = "missing command";
-
 /// The parts of `text` around the first `middle`.
 std::optional<std::pair<std::string_view, std::string_view>> split_at(std::string_view text,
                                                                       std::string_view middle) {
@@ -46,7 +44,6 @@ Problem unexpected(std::span<const std::string> extras) {
 }
 
 std::optional<Problem> missing(std::string_view text) {
-  if (text == "A subcommand is required") return Problem{std::string(kMissingCommand), ""};
   if (const auto list = split_at(text, "Exactly 1 option from [")) {
     const bool are_several = text.find("were given") != text.npos;
     return Problem{are_several ? "arguments that exclude each other" : "missing argument",
@@ -118,9 +115,7 @@ Diagnostic parse_problem(std::string_view kind,
       page.insert(name, " help");
     else
       page += " help";
-    const bool is_command = problem.what == kMissingCommand;
-    problem.expected =
-        std::string(is_command ? "a command" : "an argument") + " that `" + page + "` lists";
+    problem.expected = "an argument that `" + page + "` lists";
   }
   return {Code::Usage, {command, 0, 0}, std::move(problem.what), std::move(problem.expected)};
 }

@@ -24,11 +24,13 @@ struct SurfaceOptions {
   std::int64_t max_operations = kUsualMaxOperations;
   ReadingTerms reading;  ///< of `program` and `voids_of`
   // fit
-  std::string model = "auto";                  ///< or a word of surface_model_words()
-  std::string format;                          ///< of probes, export too; empty: by the file
-  std::optional<double> sigma_um;              ///< empty: as the files say, or 5
-  std::string unit = "mm";                     ///< or inch, of files that do not say
-  std::optional<int> z_axis;                   ///< of probes with several
+  std::string model = "auto";      ///< or a word of surface_model_words()
+  std::string format;              ///< of probes, export too; empty: by the file
+  std::optional<double> sigma_um;  ///< empty: as the files say, or 5
+  std::string unit;                ///< mm or inch; empty: as the files say, or mm
+  std::string profile;             ///< of a Klipper file that has several meshes
+  std::vector<double> mesh_mm;     ///< x0, y0, x1, y1 of a Marlin mesh; empty: as its console says
+  std::optional<int> z_axis;       ///< of probes with several
   std::optional<double> max_extrapolation_mm;  ///< empty: [surface] grid_hold_mm, or 5
   std::string zones;                           ///< zones.toml; may be empty
   std::vector<std::string> voids_of;           ///< programs whose holes and routs are voids

@@ -26,6 +26,13 @@ Login::Answer Login::log_in(std::string_view token, const std::string& address, 
   return answer;
 }
 
+void Login::log_out(std::string_view session) {
+  const std::string hash = session_hash(session);
+  const std::lock_guard lock(mutex_);
+  std::erase_if(sessions_,
+                [&](const Session& known) { return is_equal_in_constant_time(known.hash, hash); });
+}
+
 bool Login::is_session(std::string_view session, Now now) {
   if (session.empty()) return false;
   const std::string hash = session_hash(session);

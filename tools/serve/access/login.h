@@ -30,6 +30,7 @@ class Login {
   /// behind the same proxy for ever. Wrong ones beyond the limits are answered late.
   Answer log_in(std::string_view token, const std::string& address, Now now);
   bool is_session(std::string_view session, Now now);
+  void log_out(std::string_view session);
 
  private:
   struct Session {

@@ -43,15 +43,31 @@ struct Probes {
   std::vector<ProbePoint> points;
   std::vector<MissingProbe> missing;
   std::vector<MapSource> sources;
+  std::vector<ProbeSource> files;
   std::optional<int> z_axis;  ///< as in StoredMap
 };
 
-Expected<Probes> read_all(const SurfaceOptions& options) {
+Expected<ProbeFileOptions> reading_of(const SurfaceOptions& options) {
   ProbeFileOptions reading;
   if (!options.format.empty()) reading.format = probe_format_from_name(options.format);
   if (options.sigma_um) reading.sigma = um(*options.sigma_um);
-  if (options.unit == "inch") reading.unit = inch(1);
+  if (!options.unit.empty()) reading.unit = options.unit == "inch" ? inch(1) : mm(1);
   reading.z_axis = options.z_axis;
+  reading.profile = options.profile;
+  if (options.mesh_mm.empty()) return reading;
+  const Eigen::Vector2d low_mm(options.mesh_mm[0], options.mesh_mm[1]);
+  const Eigen::Vector2d high_mm(options.mesh_mm[2], options.mesh_mm[3]);
+  if (!((high_mm - low_mm).minCoeff() > 0 && (high_mm - low_mm).allFinite())) {
+    return failure(usage(kSurfaceFit,
+                         "--mesh-mm has no width or no height",
+                         "X0,Y0,X1,Y1 with X0 < X1 and Y0 < Y1, mm"));
+  }
+  reading.mesh = {low_mm, high_mm};
+  return reading;
+}
+
+Expected<Probes> read_all(const SurfaceOptions& options) {
+  PANELCAL_TRY(const ProbeFileOptions reading, reading_of(options));
   Probes out;
   for (const std::string& file : options.files) {
     PANELCAL_TRY(const std::string bytes, read_file(file, kMaxProbeFileBytes));
@@ -64,6 +80,8 @@ Expected<Probes> read_all(const SurfaceOptions& options) {
            "one Z axis a map: --zaxis"});
     }
     if (read.z_axis) out.z_axis = read.z_axis;
+    out.files.push_back(
+        {file, read.format, read.unit, read.zero, read.points.size(), read.missing.size()});
     std::ranges::move(read.points, std::back_inserter(out.points));
     std::ranges::move(read.missing, std::back_inserter(out.missing));
     out.sources.push_back({file, sha256(bytes)});
@@ -139,7 +157,8 @@ Expected<Answer> fit(const SurfaceOptions& options, CommandContext& context) {
                                  std::string("panelcal ") + kVersion,
                                  probes.z_axis},
                                 std::move(probes.missing),
-                                options.output);
+                                options.output,
+                                std::move(probes.files));
   const std::string text = map_file_text(made.stored);
   PANELCAL_CHECK(check_map_size(text));
   PANELCAL_CHECK(write_file(options.output, text));

@@ -61,6 +61,22 @@ TEST_F(GigeCameraTest, ExposureAndGainReachTheCamera) {
   EXPECT_EQ(gain_, 3);
 }
 
+TEST_F(GigeCameraTest, TakesAnotherExposureWhileItIsOpen) {
+  const auto camera = open("gige://127.0.0.1?exposure_us=2345");
+  ASSERT_TRUE(camera);
+  ASSERT_TRUE(camera->can_set(CameraSetting::Exposure));
+  EXPECT_FALSE(camera->can_set(CameraSetting::Lamp));
+  EXPECT_EQ(camera->value(CameraSetting::Exposure), 2345);
+  ASSERT_TRUE(camera->set(CameraSetting::Exposure, 4000));
+  ASSERT_TRUE(camera->take());
+  EXPECT_EQ(exposure_us_, 4000);
+  EXPECT_EQ(camera->value(CameraSetting::Exposure), 4000);
+  // No fault of the device, so that it is not opened anew.
+  EXPECT_THAT(camera->set(CameraSetting::Exposure, 1),
+              FailsWith(Code::NotSupported, "exposure_us=1"));
+  EXPECT_EQ(camera->value(CameraSetting::Exposure), 4000);
+}
+
 TEST_F(GigeCameraTest, RefusesWhatTheCameraCannotDo) {
   EXPECT_THAT(open_camera("gige://127.0.0.1?exposure_us=1"),
               FailsWith(Code::DeviceCamera, "exposure_us=1"));

@@ -19,7 +19,7 @@ constexpr const char* kRows =
     " -0.010,      0,  0.000\n";
 
 Expected<ProbeFile> read(const std::string& text) {
-  return parse_probe_file(text, "heightmap.csv");
+  return parse_probe_file(text, "heightmap.csv", {.format = ProbeFormat::HeightMapCsv});
 }
 
 void expect_three_by_two(const Expected<ProbeFile>& found) {

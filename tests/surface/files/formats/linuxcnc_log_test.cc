@@ -11,7 +11,7 @@ using test::FailsWith;
 using ::testing::ElementsAre;
 
 Expected<ProbeFile> read(std::string_view text) {
-  return parse_probe_file(text, "probe-results.txt");
+  return parse_probe_file(text, "probe-results.txt", {.format = ProbeFormat::LinuxCncLog});
 }
 
 TEST(LinuxCncLog, ReadsPlacesAndHeights) {

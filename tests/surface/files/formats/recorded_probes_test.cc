@@ -65,10 +65,12 @@ TEST(RecordedProbes, SaysWhoseHeightsTheyAre) {
 }
 
 TEST(RecordedProbes, IsInMillimetersWithItsOwnSigma) {
-  const auto found = read(kTwoAxes, {.sigma = mm(1), .unit = inch(1), .z_axis = 1});
+  const auto found = read(kTwoAxes, {.sigma = mm(1), .unit = mm(1), .z_axis = 1});
   ASSERT_TRUE(found) << found.error().text();
   EXPECT_EQ(found->points[0].measured.height, mm(1.6187));
   EXPECT_EQ(found->points[0].measured.sigma, mm(0.003));
+  EXPECT_THAT(read(kTwoAxes, {.unit = inch(1), .z_axis = 1}),
+              FailsWith(Code::MeasurementFile, "--unit inch"));
 }
 
 TEST(RecordedProbes, RefusesWhatContradictsItself) {
