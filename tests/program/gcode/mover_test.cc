@@ -216,7 +216,8 @@ class SmallTable final : public BoardPlaces {
  public:
   Eigen::Vector2d actual_mm(const Eigen::Vector2d& p_mm) const override { return p_mm; }
   Expected<Length> sigma(const Eigen::Vector2d& p_mm) const override {
-    if (p_mm.x() > 50) return failure({Code::TravelExceeded, {}, "beyond the table", "a place on it"});
+    if (p_mm.x() > 50)
+      return failure({Code::TravelExceeded, {}, "beyond the table", "a place on it"});
     return um(2);
   }
 };
