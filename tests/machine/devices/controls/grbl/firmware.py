@@ -69,7 +69,7 @@ class Firmware:
         self.process.stdin.write(key.encode())
         self.process.stdin.flush()
 
-    def ask(self, line, limit_s=3.0):
+    def ask(self, line, limit_s=30.0):
         is_report = line == "?"
         self.send(line.encode() if is_report else (line + "\n").encode())
         answer, until = b"", time.monotonic() + limit_s

@@ -171,9 +171,8 @@ COMMON = {
     "wrong reply": (garble, "answers"),
     "order refused": (refuse, "error:20"),
     "reset": (real_time(b"\x18"), "reset|ALARM:3"),
-    # grblHAL has been seen to answer a held or interlocked order with one more "ok".
-    "feed hold": (real_time(b"!"), "Hold|stopped at|to no order"),
-    "door": (real_time(b"\x84"), "Door|stopped at|does not move on|to no order"),
+    "feed hold": (real_time(b"!"), "Hold|stopped at"),
+    "door": (real_time(b"\x84"), "Door|stopped at|does not move on"),
 }
 HAL_ONLY = {"emergency stop": (press("e"), "ALARM:10|Alarm|reset")}
 
