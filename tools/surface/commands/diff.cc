@@ -2,6 +2,7 @@
 #include <string>
 #include <utility>
 
+#include "tools/cli/output_paths.h"
 #include "tools/surface/commands/subcommand.h"
 #include "tools/surface/difference.h"
 

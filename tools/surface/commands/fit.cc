@@ -11,6 +11,7 @@
 #include "machine/config/zones_file.h"
 #include "surface/files/probe_file.h"
 #include "surface/map/file.h"
+#include "tools/cli/output_paths.h"
 #include "tools/cli/process/version.h"
 #include "tools/surface/commands/subcommand.h"
 #include "tools/surface/made_facts.h"

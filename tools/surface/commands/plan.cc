@@ -13,6 +13,7 @@
 #include "calib/base/statistics/median.h"
 #include "surface/map/difference.h"
 #include "surface/map/file.h"
+#include "tools/cli/output_paths.h"
 #include "tools/surface/commands/subcommand.h"
 #include "tools/surface/text.h"
 #include <fmt/format.h>

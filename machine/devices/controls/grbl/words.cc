@@ -63,7 +63,7 @@ constexpr Word kErrors[] = {
     {"79", "locked by an alarm until it is reset"},
 };
 
-constexpr Word kStates[] = {
+constexpr Word kControlStates[] = {
     {"Alarm", "locked by an alarm"},
     {"Hold", "in feed hold"},
     {"Door", "stopped by its safety door"},
@@ -101,7 +101,7 @@ std::string error_words(std::string_view number) {
 std::string state_words(std::string_view state) {
   const auto colon = state.find(':');
   const std::string_view name = state.substr(0, colon);
-  const std::string_view meaning = found(kStates, name);
+  const std::string_view meaning = found(kControlStates, name);
   if (meaning.empty()) return fmt::format("in the unknown state {}", state);
   if (name == "Alarm" && colon != state.npos) {
     const std::string_view why = found(kAlarms, state.substr(colon + 1));
