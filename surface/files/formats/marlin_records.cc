@@ -20,7 +20,7 @@ constexpr std::array<std::string_view, 2> kMeshPoints = {"X-Axis Mesh Points at:
                                                          "Y-Axis Mesh Points at:"};
 
 /// Of a mesh along x or y.
-constexpr int kMostNodes = 1000;
+constexpr int kMostMeshNodes = 1000;
 
 bool is_digit(char c) {
   return c >= '0' && c <= '9';
@@ -215,7 +215,7 @@ class MarlinReader {
     if (older) {
       const Eigen::Vector2d& last = (*top)[1];
       const bool is_top = (*top)[0].x() == 0 && (*top)[0].y() == last.y() && last.minCoeff() >= 1 &&
-                          last.maxCoeff() < kMostNodes;
+                          last.maxCoeff() < kMostMeshNodes;
       if (!is_top) return failure(unexpected_field(file_, first, "corners such as (0,9) (9,9)"));
       table.n_columns = static_cast<int>((*top)[1].x()) + 1;
       n_rows = static_cast<int>((*top)[1].y()) + 1;

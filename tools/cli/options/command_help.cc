@@ -41,7 +41,7 @@ OptionHelp words_of(const CLI::Option& option) {
   return words;
 }
 
-void add_options(const CLI::App& of, CommandHelp& words) {
+void append_options(const CLI::App& of, CommandHelp& words) {
   for (const CLI::Option* const option : of.get_options()) {
     words.options.push_back(words_of(*option));
   }
@@ -49,11 +49,11 @@ void add_options(const CLI::App& of, CommandHelp& words) {
 
 void add_command(const CLI::App& app, const std::string& name, std::vector<CommandHelp>& out) {
   CommandHelp words{name, app.get_description(), app.get_footer(), {}, {}};
-  add_options(app, words);
+  append_options(app, words);
   std::vector<const CLI::App*> commands;
   for (const CLI::App* const below : app.get_subcommands([](const CLI::App*) { return true; })) {
     if (below->get_name().empty()) {  // a group of options
-      add_options(*below, words);
+      append_options(*below, words);
     } else {
       commands.push_back(below);
       words.below.push_back(below->get_name());
