@@ -10,7 +10,7 @@
 
 namespace panelcal {
 
-/// Whose file of a camera model it is.
+/// The program that a file of a camera model belongs to.
 enum class LensFormat : std::uint8_t {
   OpenCvYaml,        ///< `camera_matrix` and `distortion_coefficients` of OpenCV's FileStorage
   RosCameraInfo,     ///< `camera_info` as YAML: of ROS' camera_calibration, or as a message

@@ -41,36 +41,8 @@ void add_table(std::string& out, const Json& rows, std::string_view title) {
   out += fmt::format("\n{}\n", title);
 }
 
-}  // namespace
-
-std::string batch_text(const Json& facts) {
-  const Json& jobs = facts["jobs"];
-  const Json& targets = facts["targets"];
-  const Json& fits = facts["fits"];
-  std::string out = fmt::format("{} jobs of {}: {} drilled, {} held, {} failed, {} missing\n",
-                                count_of(facts["n_jobs"]),
-                                facts["manifest"].get<std::string>(),
-                                count_of(jobs["drilled"]),
-                                count_of(jobs["held"]),
-                                count_of(jobs["failed"]),
-                                count_of(jobs["missing"]));
-  out += fmt::format("targets     {} of {} found ({}), in {} pictures\n",
-                     count_of(targets["n_found"]),
-                     count_of(targets["n"]),
-                     share(targets["n_found"], targets["n"]),
-                     count_of(jobs["pictures"]));
-  add_errors(out, facts["error"]);
-  if (const auto n_spare = fits["degrees_of_freedom"].get<double>(); n_spare > 0) {
-    out += fmt::format("fits        {}, chi square {} a degree of freedom\n",
-                       count_of(fits["n"]),
-                       internal::fixed(fits["chi_square"].get<double>() / n_spare, 3));
-  }
-  const Json& holes = facts["holes"];
-  out += fmt::format("holes       {}, largest shift {} um, largest predicted sigma {} um\n",
-                     count_of(holes["n_holes"]),
-                     shown(holes["max_shift_um"], 1),
-                     shown(holes["max_sigma_um"], 3));
-  for (const Json& session : facts["sessions"]) {
+void add_sessions(std::string& out, const Json& sessions) {
+  for (const Json& session : sessions) {
     const auto seconds = session["seconds"].get<double>();
     if (seconds <= 0) continue;
     out += fmt::format("started     {}: {} jobs, {} pictures in {} s with {} ({} jobs/s)\n",
@@ -81,6 +53,9 @@ std::string batch_text(const Json& facts) {
                        amount(session["threads"].get<std::int64_t>(), "thread"),
                        internal::fixed(session["n_jobs"].get<double>() / seconds, 1));
   }
+}
+
+void add_tables(std::string& out, const Json& facts) {
   add_table(out, facts["refusals"], "not drilled, by cause");
   for (const Json& row : facts["refusals"]) {
     out += fmt::format("  {:>8}  {:<7} {:<22} {}: {}\n",
@@ -113,6 +88,39 @@ std::string batch_text(const Json& facts) {
                        shown(row["residual_um"], 3),
                        shown(row["sigma_um"], 3));
   }
+}
+
+}  // namespace
+
+std::string batch_text(const Json& facts) {
+  const Json& jobs = facts["jobs"];
+  const Json& targets = facts["targets"];
+  const Json& fits = facts["fits"];
+  std::string out = fmt::format("{} jobs of {}: {} drilled, {} held, {} failed, {} missing\n",
+                                count_of(facts["n_jobs"]),
+                                facts["manifest"].get<std::string>(),
+                                count_of(jobs["drilled"]),
+                                count_of(jobs["held"]),
+                                count_of(jobs["failed"]),
+                                count_of(jobs["missing"]));
+  out += fmt::format("targets     {} of {} found ({}), in {} pictures\n",
+                     count_of(targets["n_found"]),
+                     count_of(targets["n"]),
+                     share(targets["n_found"], targets["n"]),
+                     count_of(jobs["pictures"]));
+  add_errors(out, facts["error"]);
+  if (const auto n_spare = fits["degrees_of_freedom"].get<double>(); n_spare > 0) {
+    out += fmt::format("fits        {}, chi square {} a degree of freedom\n",
+                       count_of(fits["n"]),
+                       internal::fixed(fits["chi_square"].get<double>() / n_spare, 3));
+  }
+  const Json& holes = facts["holes"];
+  out += fmt::format("holes       {}, largest shift {} um, largest predicted sigma {} um\n",
+                     count_of(holes["n_holes"]),
+                     shown(holes["max_shift_um"], 1),
+                     shown(holes["max_sigma_um"], 3));
+  add_sessions(out, facts["sessions"]);
+  add_tables(out, facts);
   return out;
 }
 
