@@ -79,7 +79,8 @@ def main():
             n_options += len(outputs)
             for option in sorted(outputs):
                 names = files_in_use(command, set(before))
-                if option in ("--jobs", "--linuxcnc") or (command, option) == ("synth", "--output"):
+                if option in ("--jobs", "--linuxcnc") or (command, option) in (
+                        ("synth", "--output"), ("batch", "--output")):
                     names = {"images"}  # folders
                 for name in sorted(names):
                     problems += problems_of(panelcal, folder, command, option, name, before)

@@ -105,6 +105,7 @@ COMMANDS = {
     "translate": "job.exc -m machine.toml",
     "locate": "images/0000.png -m machine.toml --tool 2",
     "synth": "job.exc -m machine.toml",
+    "batch": "jobs.csv",
     "batch report": "results",
     "batch show": "results",
     "calibrate camera": "-m machine.toml --images images --plate plate.toml",
@@ -139,7 +140,7 @@ COMMANDS = {
 NO_OUTPUTS = {
     "--address", "--against", "--align", "--area", "--at", "--by", "--camera", "--certificate", "--clock", "--explain", "--form", "--format", "--grid",
     "--host-name", "--images", "--key", "--kind", "--ledger", "--log-level", "--machine", "--machine-driver",
-    "--measurements", "--model", "--panel", "--parameter", "--plate", "--probes", "--profile", "--program", "--program-format", "--range",
+    "--measurements", "--model", "--only", "--panel", "--parameter", "--pattern", "--plate", "--probes", "--profile", "--program", "--program-format", "--range",
     "--reason", "--seed", "--since", "--slots", "--subject", "--surface", "--to", "--truth",
     "--unit", "--voids-of", "--zero", "--zone", "--zones"}
 OUTPUTS = {"--jobs", "--json", "--linuxcnc", "--output", "--overlay", "--report",
