@@ -10,7 +10,7 @@
 #include "calib/base/amount.h"
 #include "machine/devices/cameras/without_password.h"
 #include "machine/devices/commands/command_spindle.h"
-#include "machine/devices/controls/control.h"
+#include "machine/devices/controls/open/open_control.h"
 #include "machine/look/camera_views.h"
 #include "machine/sim/sim_machine.h"
 #include "machine/sim/simulated_probe.h"

@@ -8,6 +8,7 @@
 #include "calib/base/interruption.h"
 #include "machine/devices/cameras/camera_uri.h"
 #include "machine/devices/cameras/patient_camera.h"
+#include "machine/devices/controls/open/open_control.h"
 #include "machine/devices/table_stage.h"
 #include <fmt/format.h>
 

@@ -11,7 +11,7 @@
 #include "machine/devices/cameras/camera_uri.h"
 #include "machine/devices/cameras/patient_camera.h"
 #include "machine/devices/commands/command_spindle.h"
-#include "machine/devices/controls/control.h"
+#include "machine/devices/controls/open/open_control.h"
 #include "machine/devices/table_stage.h"
 #include "machine/sim/sim_coupon.h"
 #include "machine/sim/sim_table.h"

@@ -10,9 +10,9 @@
 #include "tools/cli/command_table.h"
 #include "tools/cli/help/help_text.h"
 #include "tools/cli/help/help_topics.h"
-#include "tools/cli/help/manual_page.h"
 #include "tools/cli/options/command_help.h"
 #include "tools/cli/options/completion.h"
+#include "tools/cli/options/manual_page.h"
 #include "tools/cli/options/parse_problem.h"
 #include "tools/cli/process/version.h"
 #include <CLI/CLI.hpp>

@@ -11,7 +11,7 @@
 
 #include "calib/base/interruption.h"
 #include "machine/config/machine_config.h"
-#include "machine/devices/controls/control.h"
+#include "machine/devices/controls/open/open_control.h"
 #include <fmt/format.h>
 
 namespace panelcal::test {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "machine/devices/controls/control.h"
+#include "machine/devices/controls/open/open_control.h"
 
 #include <optional>
 #include <utility>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/cli/help/manual_page.h"
+#include "tools/cli/options/manual_page.h"
 
 #include <algorithm>
 #include <array>
