@@ -174,12 +174,18 @@ Expected<void> MotionReader::leave(const GcodeBlock& block, const GcodeWord& wor
 }
 
 Expected<void> MotionReader::read_function(const GcodeBlock& block, const GcodeWord& word) {
-  if (word.value == 98 || word.value == 99) {
-    return problem(
-        block, Code::NotSupported, &word, text_of(block, word), "a program without subprograms");
-  }
-  if (word.value == 6) at_ = {};
-  has_ended_ = has_ended_ || word.value == 2 || word.value == 30;
+  const double code = word.value;
+  const auto refuse = [&](std::string expected) {
+    return problem(block, Code::NotSupported, &word, text_of(block, word), std::move(expected));
+  };
+  if (code == 98 || code == 99) return refuse("a program without subprograms");
+  // They keep and restore modes: G90 and G91, G20 and G21 among them.
+  if (code >= 70 && code <= 73) return refuse("a program that states its modes itself");
+  // LinuxCNC starts programs of the user for them.
+  if (code >= 100 && code < 200)
+    return refuse("a program without the user's own codes M100 to M199");
+  if (code == 6) at_ = {};
+  has_ended_ = has_ended_ || code == 2 || code == 30;
   return {};
 }
 

@@ -56,11 +56,11 @@ double length_mm(const Motion& motion);  ///< in X and Y
 ///
 /// Understood: G0 to G3 in the XY plane, G73, G81 to G83, G85, G86 and G89, G20, G21, G90, G91,
 /// G98, G99, arcs by I, J or R. Whatever makes coordinates mean something else in the middle of a
-/// program is refused: a move counts for the board only if it is known where it goes. Behind a
-/// change of tool and a way home (M6, G28, G30) the place of the tool is unknown, behind a move in
-/// the machine's coordinates (G53) that of the axes that moved, and also behind a step from there.
-/// In G91 R of a cycle is a step from where the tool is, and Z one from R; the next holes keep both
-/// heights.
+/// program is refused (also M70 to M73, which restore modes, and the user's own M100 to M199): a
+/// move counts for the board only if it is known where it goes. Behind a change of tool and a way
+/// home (M6, G28, G30) the place of the tool is unknown, behind a move in the machine's coordinates
+/// (G53) that of the axes that moved, and also behind a step from there. In G91 R of a cycle is a
+/// step from where the tool is, and Z one from R; the next holes keep both heights.
 ///
 /// Source NIST RS274NGC version 3 (2000), 3.5; LinuxCNC G-code reference
 /// See    tests/program/gcode/motion_test.cc

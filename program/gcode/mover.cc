@@ -135,7 +135,10 @@ class Mover {
     // Behind a change of tool or a way home.
     if (!reader_.standing().has_xy()) lines_.stand_at({{}, {}, lines_.standing().z_mm});
     for (const GcodeWord& word : block.words) {
-      if (word.letter == 'G' && word.value >= 0 && word.value <= 1) in_force_.reset();
+      const bool is_line = word.is('G', 0) || word.is('G', 1);
+      const bool is_arc = word.is('G', 2) || word.is('G', 3);
+      // Where no arc is written, an arc's word is in force as the program has it.
+      if (is_line || (is_arc && !(motion && motion->is_arc()))) in_force_.reset();
     }
     return {};
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "surface/files/formats/klipper_mesh.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 
@@ -106,6 +107,20 @@ Expected<void> leave_out_beyond_radius(const KlipperBed& bed, double radius_mm, 
   return {};
 }
 
+/// True if every node beyond the circle within the mesh has the height of its row's end, as on a
+/// round bed, which Klipper gives a square with a node in its middle.
+bool is_filled_up_as_round(ReadGrid grid) {
+  const double width_mm = grid.x.last_mm() - grid.x.first_mm;
+  const double depth_mm = grid.y.last_mm() - grid.y.first_mm;
+  if (grid.x.n_nodes != grid.y.n_nodes || grid.x.n_nodes % 2 == 0 ||
+      std::abs(width_mm - depth_mm) > 2 * kKlipperRounding_mm) {
+    return false;
+  }
+  KlipperBed bed;
+  bed.origin_mm = {grid.x.first_mm + width_mm / 2, grid.y.first_mm + depth_mm / 2};
+  return leave_out_beyond_radius(bed, std::max(width_mm, depth_mm) / 2, grid).has_value();
+}
+
 void leave_out_faulty(const KlipperBed& bed, ReadGrid& grid) {
   for (std::size_t k = 0; k < grid.nodes.size(); ++k) {
     const auto n_columns = static_cast<std::size_t>(grid.x.n_nodes);
@@ -160,6 +175,12 @@ Expected<ProbeFile> file_of_profile(ProbeFormat format,
   PANELCAL_CHECK(read_heights(file, profile, grid));
   if (bed.radius_mm) {
     PANELCAL_CHECK(leave_out_beyond_radius(bed, *bed.radius_mm, grid));
+  } else if (bed.may_be_round && is_filled_up_as_round(grid)) {
+    return failure({Code::MeasurementFile,
+                    grid.nodes.front().from,
+                    fmt::format("bed mesh {} has the heights that Klipper makes up on a round bed",
+                                quoted(profile.name.text)),
+                    "its printer.cfg, which says in [bed_mesh] whether there is a mesh_radius"});
   }
   leave_out_faulty(bed, grid);
   ProbeFile out = file_of_grid(format, file, grid, options);

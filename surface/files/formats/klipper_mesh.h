@@ -26,6 +26,7 @@ struct KlipperProfile {
 struct KlipperBed {
   std::optional<double> radius_mm;  ///< of a round bed: rows are filled up with their end's height
   Eigen::Vector2d origin_mm = Eigen::Vector2d::Zero();
+  bool may_be_round = false;  ///< the file has no settings that would say the radius
   struct Region {
     std::string name;
     std::optional<Eigen::Vector2d> low_mm, high_mm;
@@ -42,7 +43,8 @@ Expected<const KlipperProfile*> chosen_profile(const std::vector<KlipperProfile>
                                                const ProbeFileOptions& options);
 
 /// Fails  measurement-file: a key is missing, a count or a number is wrong, a node that Klipper
-///        made up has not the height that it gives it
+///        made up has not the height that it gives it, a mesh that may be of a round bed is filled
+///        up like one
 Expected<ProbeFile> file_of_profile(ProbeFormat format,
                                     const std::string& file,
                                     const KlipperProfile& profile,

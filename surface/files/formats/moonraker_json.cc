@@ -129,6 +129,7 @@ Expected<ProbeFile> parse_moonraker_json(std::string_view text,
   MoonrakerReader reader(text, file);
   PANELCAL_CHECK(reader.read(options.profile.empty()));
   KlipperBed bed;
+  bed.may_be_round = true;
   bed.zero = "its nozzle at Z 0, or those at its zero_reference_position";
   if (reader.active()) {
     return file_of_profile(ProbeFormat::MoonrakerJson, file, *reader.active(), bed, options);

@@ -19,10 +19,36 @@ enum CsvRole : std::size_t { kCsvX, kCsvY, kCsvHeight, kCsvSigma, kCsvRoles };
 constexpr std::array<std::string_view, kCsvRoles> kCsvRoleNames = {"x", "y", "height", "sigma"};
 constexpr std::size_t kCsvPlaceCells = 2;
 
+struct CsvUnit {
+  std::string_view name;  ///< in a header, in lower case
+  std::string_view word;  ///< in messages
+  Length length;
+};
+constexpr std::array<CsvUnit, 25> kCsvUnits = {{
+    {"mm", "mm", mm(1)},           {"millimeter", "mm", mm(1)},  {"millimeters", "mm", mm(1)},
+    {"millimetre", "mm", mm(1)},   {"millimetres", "mm", mm(1)}, {"um", "um", um(1)},
+    {"\xC2\xB5m", "um", um(1)},  // the sign for micro
+    {"\xCE\xBCm", "um", um(1)},  // the Greek letter
+    {"\xB5m", "um", um(1)},      // the sign in Latin 1
+    {"\xC2\xB5", "um", um(1)},     {"\xCE\xBC", "um", um(1)},    {"\xB5", "um", um(1)},
+    {"micron", "um", um(1)},       {"microns", "um", um(1)},     {"micrometer", "um", um(1)},
+    {"micrometers", "um", um(1)},  {"micrometre", "um", um(1)},  {"micrometres", "um", um(1)},
+    {"in", "inch", inch(1)},       {"inch", "inch", inch(1)},    {"inches", "inch", inch(1)},
+    {"mil", "mil", inch(0.001)},   {"mils", "mil", inch(0.001)}, {"thou", "mil", inch(0.001)},
+    {"thous", "mil", inch(0.001)},
+}};
+/// What other tables count in: never to be taken for a part of a name.
+constexpr std::array<std::string_view, 27> kOtherUnits = {
+    "m",           "cm",     "dm",         "km",          "nm",         "meter",       "meters",
+    "metre",       "metres", "centimeter", "centimeters", "centimetre", "centimetres", "ft",
+    "foot",        "feet",   "yd",         "yard",        "yards",      "uin",         "microinch",
+    "microinches", "tenth",  "tenths",     "steps",       "counts",     "pulses"};
+
 /// A cell of the header: words in lower case, and a unit at their end.
 struct CsvTitle {
   std::optional<CsvRole> role;
-  std::optional<Length> unit;
+  const CsvUnit* unit = nullptr;  ///< empty: none
+  bool is_unclear = false;        ///< has a unit that is not known, or one not at its end
 };
 
 struct CsvColumn {
@@ -74,12 +100,46 @@ std::vector<std::string> lower_words(std::string_view text) {
   return out;
 }
 
-std::optional<Length> csv_unit(std::string_view word) {
-  constexpr std::string_view kMicroSign = "\xC2\xB5m", kGreekMu = "\xCE\xBCm";
-  if (word == "mm") return mm(1);
-  if (word == "um" || word == kMicroSign || word == kGreekMu) return um(1);
-  if (word == "in" || word == "inch" || word == "inches") return inch(1);
-  return std::nullopt;
+const CsvUnit* csv_unit(std::string_view word) {
+  for (const CsvUnit& unit : kCsvUnits) {
+    if (unit.name == word) return &unit;
+  }
+  return nullptr;
+}
+
+bool is_other_unit(std::string_view word) {
+  return std::ranges::find(kOtherUnits, word) != kOtherUnits.end();
+}
+
+bool is_unit(std::string_view word) {
+  return csv_unit(word) != nullptr || is_other_unit(word);
+}
+
+/// Brackets at a title's end hold a unit that is known, or what the column is.
+bool has_odd_brackets(std::string_view cell) {
+  const std::size_t end = cell.find_last_of(")]}>");
+  if (end == std::string_view::npos || !lower_words(cell.substr(end)).empty()) return false;
+  const std::size_t begin = cell.substr(0, end).find_last_of("([{<");
+  if (begin == std::string_view::npos) return true;
+  const TextField inside = trimmed(TextField{cell.substr(begin + 1, end - begin - 1)});
+  const std::vector<std::string> words = lower_words(inside.text);
+  // With a number it is a multiple of a unit.
+  if (words.size() != 1 || words[0].size() != inside.text.size()) return true;
+  return csv_unit(words[0]) == nullptr && words[0] != "z" &&
+         std::ranges::find(kCsvRoleNames, words[0]) == kCsvRoleNames.end();
+}
+
+/// `um_z`, `z_um_raw` and `zum`: there is a unit, but not as the last word.
+bool has_misplaced_unit(const std::vector<std::string>& words) {
+  for (std::size_t i = 0; i + 1 < words.size(); ++i) {
+    const bool may_be_other = words[i] == "m" || (words[i] == "in" && i > 0);
+    if (is_unit(words[i]) && !may_be_other) return true;
+  }
+  if (words.size() != 1) return false;
+  constexpr std::array<std::string_view, 4> kNames = {"x", "y", "z", "height"};
+  return std::ranges::any_of(kNames, [&](std::string_view name) {
+    return words[0].starts_with(name) && is_unit(std::string_view(words[0]).substr(name.size()));
+  });
 }
 
 CsvTitle csv_title(std::string_view cell) {
@@ -89,6 +149,8 @@ CsvTitle csv_title(std::string_view cell) {
   };
   CsvTitle out;
   if (words.size() > 1) out.unit = csv_unit(words.back());
+  out.is_unclear = (words.size() > 1 && is_other_unit(words.back())) || has_odd_brackets(cell) ||
+                   has_misplaced_unit(words);
   if (has("sigma") || has("stddev")) {
     out.role = kCsvSigma;
   } else if (has("x") + has("y") + (has("z") || has("height")) == 1) {
@@ -103,9 +165,15 @@ TextField csv_header(const TextField& line) {
   return text.text.starts_with('#') ? trimmed(part_of(text, 1)) : text;
 }
 
-bool is_csv_header(const std::vector<TextField>& cells, char separator) {
-  return !std::ranges::all_of(
+bool are_csv_values(const std::vector<TextField>& cells, char separator) {
+  return std::ranges::all_of(
       cells, [&](const TextField& cell) { return is_csv_value(cell.text, separator); });
+}
+
+bool has_csv_number(const std::vector<TextField>& cells, char separator) {
+  return std::ranges::any_of(cells, [&](const TextField& cell) {
+    return !is_missing_height(cell.text) && is_csv_value(cell.text, separator);
+  });
 }
 
 class CsvReader {
@@ -124,11 +192,12 @@ class CsvReader {
     const TextField header = csv_header(*first);
     const std::vector<TextField> cells = split_csv(header, separator_);
     n_cells_ = cells.size();
-    if (is_csv_header(cells, separator_)) {
-      PANELCAL_CHECK(find_columns(header, cells));
-    } else {
+    if (are_csv_values(cells, separator_)) {
       PANELCAL_CHECK(count_columns(header));
       PANELCAL_CHECK(read_row(*first));
+    } else {
+      PANELCAL_CHECK(check_header(cells));
+      PANELCAL_CHECK(find_columns(header, cells));
     }
     while (true) {
       PANELCAL_TRY(const std::optional<TextField> line, lines_.next_filled());
@@ -152,24 +221,43 @@ class CsvReader {
     return {};
   }
 
+  /// A row with one bad cell is no line of names.
+  Expected<void> check_header(const std::vector<TextField>& cells) const {
+    if (!has_csv_number(cells, separator_)) return {};
+    const auto odd = std::ranges::find_if(
+        cells, [&](const TextField& cell) { return !is_csv_value(cell.text, separator_); });
+    return failure(
+        unexpected_field(file_, *odd, "a number as beside it, or a line of names alone"));
+  }
+
+  /// Makes a cell's column that of a role, in the unit that its title states.
+  Expected<void> take_column(std::size_t role, std::size_t i_cell, const TextField& cell) {
+    const CsvTitle title = csv_title(cell.text);
+    if (title.is_unclear) {
+      return failure(
+          unexpected_field(file_, cell, "mm, um, mil or inch as its last word, or no unit"));
+    }
+    CsvColumn& column = columns_[role];
+    column = {i_cell, options_.unit_mm(), {}};
+    if (title.unit == nullptr) return {};
+    column.unit_mm = title.unit->length.in_mm();
+    column.unit_word = title.unit->word;
+    if (options_.unit && role < kCsvHeight && title.unit->length != *options_.unit) {
+      return failure(unexpected_field(file_, cell, "the unit that --unit says, or no --unit"));
+    }
+    return {};
+  }
+
   Expected<void> find_columns(const TextField& header, const std::vector<TextField>& cells) {
     header_line_ = header.line;
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const CsvTitle title = csv_title(cells[i].text);
       if (!title.role) continue;
-      CsvColumn& column = columns_[*title.role];
-      if (column.i_cell) {
+      if (columns_[*title.role].i_cell) {
         return failure(unexpected_field(
             file_, cells[i], fmt::format("one column of {}", kCsvRoleNames[*title.role])));
       }
-      column = {i, options_.unit_mm(), {}};
-      if (!title.unit) continue;
-      column.unit_mm = title.unit->in_mm();
-      column.unit_word = *title.unit == um(1) ? "um" : *title.unit == mm(1) ? "mm" : "inch";
-      if (options_.unit && *title.role < kCsvHeight && *title.unit != *options_.unit) {
-        return failure(
-            unexpected_field(file_, cells[i], "the unit that --unit says, or no --unit"));
-      }
+      PANELCAL_CHECK(take_column(*title.role, i, cells[i]));
     }
     return complete_columns(header, cells);
   }
@@ -190,7 +278,10 @@ class CsvReader {
       columns_[kCsvHeight] = {kCsvPlaceCells, options_.unit_mm(), {}};
       return {};
     }
-    if (is_unknown) return count_columns(header);
+    if (is_unknown) {
+      for (std::size_t i = 0; i < kCsvSigma; ++i) PANELCAL_CHECK(take_column(i, i, cells[i]));
+      return {};
+    }
     return failure(unexpected_field(
         file_, header, "one column each of x, y and z (or height); sigma if it has one"));
   }
@@ -281,7 +372,7 @@ bool is_plain_csv(std::string_view text) {
   if (lines.empty() || is_candle_map(text)) return false;
   const char separator = csv_separator(lines);
   const auto first = split_csv(csv_header(lines[0]), separator);
-  const bool has_header = is_csv_header(first, separator);
+  const bool has_header = !are_csv_values(first, separator);
   if (has_header && lines.size() < 2) return false;
   // Such lines of numbers alone are a log.
   if (!has_header && are_numbers(words_of(lines[0]))) return false;

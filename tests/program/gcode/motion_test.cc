@@ -181,6 +181,12 @@ TEST(GcodeMotion, RefusesWhatItCannotFollow) {
                                  "G55",
                                  "X1 A90",
                                  "M98 P5",
+                                 "M70",
+                                 "M71",
+                                 "M72",
+                                 "M73",
+                                 "M100",
+                                 "M199 P1",
                                  "G93 G1 X1",
                                  "/X1",
                                  "G2 X0 Y10 I-10 P2",
@@ -192,6 +198,7 @@ TEST(GcodeMotion, RefusesWhatItCannotFollow) {
   EXPECT_THAT(refusal({"G0 X1"}), Reports("p.ngc:1:1: error[argument-invalid]"));
   EXPECT_THAT(refusal({"G21", "X1"}), HasSubstr("p.ngc:2:1: error[not-supported]"));
   EXPECT_EQ(refusal({"G21", "G55", "G0 X1", "G55", "G40 G49 G50 G69 G80"}), "accepted");
+  EXPECT_EQ(refusal({"G21 G0 X1", "M3 S100", "M8", "M66 P1", "M9", "M5"}), "accepted");
 }
 
 TEST(GcodeMotion, RefusesArcsThatAreNone) {

@@ -74,6 +74,9 @@ TEST(GcodeMover, AMirrorTurnsTheSenseOfArcs) {
   const AffinePlaces mirrored((Eigen::Matrix2d() << -1, 0, 0, 1).finished(), {0, 0});
   EXPECT_EQ(after_start("G2 X20 Y30 I10 J0\nX30 Y40 I10 J0\nG1 X0\nG3 Y50 R5\n", mirrored),
             "G3 X-20 Y30 I-10 J0\nX-30 Y40 I-10 J0\nG1 X0 Y40\nG2 X0 Y50 I0 J5\n");
+  // The word alone is written as it is, so the next arc states its own.
+  EXPECT_EQ(after_start("G2 X20 Y30 I10 J0\nG2\nX30 Y40 I10 J0\nX40 Y50 I10 J0\n", mirrored),
+            "G3 X-20 Y30 I-10 J0\nG2\nG3 X-30 Y40 I-10 J0\nX-40 Y50 I-10 J0\n");
 }
 
 // A circle of 10 mm becomes an ellipse of 10.1 by 10 mm.
@@ -177,6 +180,7 @@ TEST(GcodeMover, RefusesWhatItCannotFollow) {
                                       "G38.2 Z-1",
                                       "G5.1 X1 I1",
                                       "M98 P1",
+                                      "M72",
                                       "G81 X1 Z-1 R1 L2"}) {
     EXPECT_THAT(after_start(std::string(line)),
                 testing::AllOf(StartsWith("p.ngc:4:"), HasSubstr("error[not-supported]")))

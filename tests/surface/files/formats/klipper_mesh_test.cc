@@ -130,5 +130,33 @@ TEST(MoonrakerJson, RefusesWhatContradictsItself) {
   refuses(answer(kMatrix, "").substr(0, 150), Code::JsonSyntax, "answer.json:");
 }
 
+/// Of the square from (-20, -20) to (20, y_high).
+std::string square(const std::string& matrix, const std::string& y_high = "20") {
+  return "{\"bed_mesh\": {\"profile_name\": \"a\", \"mesh_min\": [-20, -20], \"mesh_max\": [20, " +
+         y_high + "],\n\"probed_matrix\":\n" + matrix + ", \"profiles\": {}}}";
+}
+
+// Within a circle of 20 mm lie (0, -20), the middle row and (0, 20); of five rows also three nodes
+// of the second and fourth: (10, 10) is at 14.1 mm, (20, 10) at 22.4 mm.
+TEST(MoonrakerJson, RefusesHeightsThatKlipperMadeUpOnARoundBed) {
+  const std::string first = "[[0.1, 0.1, 0.1], [0.2, 0.3, 0.4], ";
+  EXPECT_THAT(parse_probe_file(square(first + "[0.5, 0.5, 0.5]]"), "answer.json"),
+              FailsWith(Code::MeasurementFile, "answer.json:3:3: "));
+  const std::string middle = "[0.1, 0.2, 0.3, 0.4, 0.5], ";
+  const auto five = [&](const std::string& second) {
+    return square("[[0.1, 0.1, 0.1, 0.1, 0.1], " + second + ", " + middle +
+                  "[0.3, 0.3, 0.4, 0.5, 0.5], [0.6, 0.6, 0.6, 0.6, 0.6]]");
+  };
+  EXPECT_THAT(parse_probe_file(five("[0.2, 0.2, 0.3, 0.4, 0.4]"), "answer.json"),
+              FailsWith(Code::MeasurementFile, "mesh_radius"));
+  // Probed there: one end of a row has its own height, or the bed is no square.
+  for (const std::string& text : {square(first + "[0.5, 0.5, 0.6]]"),
+                                  square(first + "[0.5, 0.5, 0.5]]", "30"),
+                                  five("[0.2, 0.2, 0.3, 0.4, 0.5]")}) {
+    const auto found = parse_probe_file(text, "answer.json");
+    EXPECT_TRUE(found) << found.error().text();
+  }
+}
+
 }  // namespace
 }  // namespace panelcal

@@ -75,6 +75,57 @@ TEST(PlainCsv, ConvertsUnitsOfItsNamesOrOfTheOption) {
   refused("x_mm,y_mm,z\n1,2,3\n", "table.csv:1:1: ", {.unit = inch(1)});
 }
 
+TEST(PlainCsv, KnowsUnitsByTheirUsualNames) {
+  for (const std::string unit : {"z_um",
+                                 "z_microns",
+                                 "Z (\xC2\xB5m)",
+                                 "Z [\xCE\xBCm]",
+                                 "z_\xB5m",
+                                 "Height in micrometres"}) {
+    is_the_table(read("X in mm,y (mm)," + unit + "\n1.5,2,250\n3,4,-500\n"));
+  }
+  is_the_table(read("Easting (x),Northing (y),\"Elevation (z)\"\n1.5,2,0.25\n3,4,-0.5\n"));
+  for (const std::string unit : {"Z (mil)", "z_thou"}) {
+    const auto found = read("x,y," + unit + "\n1,2,10\n");
+    ASSERT_TRUE(found) << found.error().text();
+    EXPECT_NEAR(found->points[0].measured.height.in_mm(), 0.254, 1e-12);
+    EXPECT_EQ(found->unit, "height in mil (line 1)");
+  }
+}
+
+TEST(PlainCsv, ReadsTheUnitsOfColumnsWithoutAKnownName) {
+  const auto found = read("Easting [inch],Northing [inch],Elevation [mm]\n1,2,0.5\n");
+  ASSERT_TRUE(found) << found.error().text();
+  EXPECT_THAT(found->points[0].place.in_mm(), ElementsAre(25.4, 50.8));
+  EXPECT_EQ(found->points[0].measured.height, mm(0.5));
+  EXPECT_EQ(found->unit, "x in inch, y in inch, height in mm (line 1)");
+  refused("Easting [mm],Northing,Elevation\n1,2,3\n", "table.csv:1:1: ", {.unit = inch(1)});
+}
+
+TEST(PlainCsv, RefusesUnitsThatItDoesNotKnow) {
+  for (const std::string title : {"z [m]",
+                                  "z_m",
+                                  "z_cm",
+                                  "Z (feet)",
+                                  "Z (rel)",
+                                  "z (mm rel)",
+                                  "z (10 um)",
+                                  "z (\")",
+                                  "um_z",
+                                  "z_um_raw"}) {
+    refused("x,y," + title + "\n1,2,3\n", "table.csv:1:5: ");
+  }
+  refused("x_cm,y_cm,z_mm\n1,2,3\n", "\"x_cm\"");
+  refused("Easting [m],Northing [m],Elevation [m]\n1,2,3\n", "table.csv:1:1: ");
+  refused("xmm,ymm,zum\n1,2,3\n", "mm, um, mil or inch");
+}
+
+TEST(PlainCsv, TakesNoRowWithABadCellForNames) {
+  refused("0,0,--\n1,2,3\n", "table.csv:1:5: ");
+  refused("0;0,5;--\n1;2;3\n", "table.csv:1:7: ");
+  refused("x,y,3\n1,2,3\n", "table.csv:1:1: ");
+}
+
 TEST(PlainCsv, RefusesNamesThatLeaveAColumnOpen) {
   refused("x,y,temperature\n1,2,3\n", "table.csv:1:1: ");
   refused("x,y,depth\n1,2,3\n", "table.csv:1:1: ");
