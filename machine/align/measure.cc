@@ -11,6 +11,7 @@
 #include "calib/base/files/atomic_file.h"
 #include "calib/base/files/digest.h"
 #include "calib/base/statistics/chi_square.h"
+#include "machine/job/alignment_check.h"
 #include "machine/job/spindle_age.h"
 #include "machine/sources/measurement_file_source.h"
 #include <fmt/format.h>
@@ -328,7 +329,7 @@ Expected<AlignmentCheck> look_again(const AlignedPanel& panel,
     asked.request.file.clear();
     asked.request.seq = static_cast<std::int64_t>(nominal.measurements.size());
     asked.request.expected = panel.place_of(asked.request.nominal).position;
-    asked.request.work_zero = machine.walk.work_zero;
+    asked.request.work_zero = configured_zero(machine.walk);
     asked.status = MeasurementStatus::Found;
     asked.measured.position = asked.request.expected;
     nominal.measurements.push_back(std::move(asked));

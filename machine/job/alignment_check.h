@@ -2,9 +2,15 @@
 #pragma once
 
 #include "calib/base/expected.h"
+#include "calib/base/frames.h"
 #include "program/walk/walk.h"
 
 namespace panelcal {
+
+/// Zero that places count from where no program sets another one: that of an alignment's pads.
+inline Position<frame::Machine> configured_zero(const WalkOptions& options) {
+  return options.absolute_zero + displacement_mm<frame::Machine>(options.work_zero.in_mm());
+}
 
 /// Checks that a program can be corrected by WalkOptions::aligned: it measures no target and
 /// calibrates nothing itself, and its places overlap the rectangle of the pads. Files of one board

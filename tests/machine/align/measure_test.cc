@@ -157,5 +157,18 @@ TEST_F(AlignedBoard, IsLookedAtAgainAtTheFarthestPads) {
   EXPECT_FALSE(check->is_accepted);
 }
 
+/// Work zero of the walk is [-1000, 20] + [100, 50].
+TEST_F(AlignedBoard, IsLookedAtFromTheZeroOfItsMeasurement) {
+  write_machine(
+      "[machine]\nname = \"m\"\n[program]\nabsolute_zero_mm = [-1000, 20]\nwork_zero_mm = [100, "
+      "50]\n");
+  const auto panel = restore_panel(align(), machine_, kNow);
+  ASSERT_TRUE(panel) << panel.error().text();
+  const Eigen::Vector2d zero_mm(-900, 70);
+  EXPECT_EQ(asked_.measurements[0].request.work_zero.in_mm(), zero_mm);
+  ASSERT_TRUE(look_again(*panel, machine_, open()));
+  EXPECT_EQ(asked_.measurements[0].request.work_zero.in_mm(), zero_mm);
+}
+
 }  // namespace
 }  // namespace panelcal
