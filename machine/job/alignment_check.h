@@ -13,11 +13,13 @@ inline Position<frame::Machine> configured_zero(const WalkOptions& options) {
 }
 
 /// Checks that a program can be corrected by WalkOptions::aligned: it measures no target and
-/// calibrates nothing itself, and its places overlap the rectangle of the pads. Files of one board
-/// that were written with different origins do not overlap.
+/// calibrates nothing itself, counts from the zero that the pads were measured from, and its places
+/// overlap the rectangle of the pads. Files of one board that were written with different origins
+/// do not overlap.
 ///
 /// In     checked: what the check of the program has found on a perfect panel, the alignment first
 /// Fails  usage
+/// See    tests/machine/job/alignment_check_test.cc
 Expected<void> check_fits_alignment(const Program& program,
                                     const WalkOptions& options,
                                     const Survey& checked);
