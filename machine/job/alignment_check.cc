@@ -64,7 +64,23 @@ bool overlap(const NominalBox& a, const NominalBox& b) {
   return reaches(a, b) && reaches(b, a);
 }
 
-std::string place_text(const Eigen::Vector2d& at_mm) {
+/// Each reaches beyond the other, at opposite sides, by more than half of the pads' extent: what
+/// two origins make of one board. Holes around the pads, or pads around the holes, reach beyond on
+/// their own.
+bool is_shifted(const NominalBox& worked, const NominalBox& pads) {
+  constexpr double kShift = 0.5;
+  // Pads nearly in a line say nothing across it.
+  constexpr double kLeast = 0.05;
+  const Eigen::Array2d extent_mm = (pads.high() - pads.low()).in_mm().array();
+  const Eigen::Array2d limit_mm = (kShift * extent_mm).max(kLeast * extent_mm.maxCoeff());
+  const Eigen::Array2d below_mm = (pads.low() - worked.low()).in_mm().array();
+  const Eigen::Array2d above_mm = (worked.high() - pads.high()).in_mm().array();
+  return ((below_mm > limit_mm && -above_mm > limit_mm) ||
+          (above_mm > limit_mm && -below_mm > limit_mm))
+      .any();
+}
+
+std::string zero_text(const Eigen::Vector2d& at_mm) {
   return fmt::format("({:.3f}, {:.3f}) mm", at_mm.x(), at_mm.y());
 }
 
@@ -115,21 +131,25 @@ Expected<void> check_fits_alignment(const Program& program,
         astray->line,
         fmt::format("the program counts from another work zero than the pads of --align: from {}, "
                     "they from {}",
-                    place_text(astray->zero.in_mm()),
-                    place_text(zero.in_mm())),
+                    zero_text(astray->zero.in_mm()),
+                    zero_text(zero.in_mm())),
         "a program without Z, ZC"));
   }
+  return check_one_origin(program.source.file, worked.box(), *options.aligned);
+}
+
+Expected<void> check_one_origin(const std::string& file,
+                                const NominalBox& worked,
+                                const Survey& aligned) {
   NominalBox pads;
-  for (const Measurement& pad : options.aligned->measurements) pads.add(pad.request.nominal);
-  if (worked.box().is_empty() || overlap(worked.box(), pads)) return {};
-  return failure(
-      misfit_of_program(program,
-                        0,
-                        fmt::format("the program works from {}, and the pads of --align lie from "
-                                    "{}",
-                                    extent_text(worked.box()),
-                                    extent_text(pads)),
-                        "files with one origin: export them again with the same one"));
+  for (const Measurement& pad : aligned.measurements) pads.add(pad.request.nominal);
+  if (worked.is_empty() || (overlap(worked, pads) && !is_shifted(worked, pads))) return {};
+  return failure({Code::Usage,
+                  {file, 0, 0},
+                  fmt::format("the program works from {}, and the pads of --align lie from {}",
+                              extent_text(worked),
+                              extent_text(pads)),
+                  "files with one origin: export them again with the same one"});
 }
 
 }  // namespace panelcal

@@ -125,6 +125,9 @@ def nothing_is_written_where_the_alignment_does_not_hold(panelcal, folder):
     refused("at most 0.01 um", 1, "drill.ngc", "--max-sigma-um", "0.01")
     (folder / "far.ngc").write_text("G21 G90 G94\nG0 X120 Y-80\nG1 X150 Y-60 F9\nM2\n")
     refused("(120.000, -80.000) to (150.000, -60.000)", 2, "far.ngc")
+    # From the board's middle, and the pads from its corner: 35 by 25 mm are half of them.
+    (folder / "middle.ngc").write_text("G21 G90 G94\nG0 X-32 Y-20\nG1 X35 Y20 F9\nM2\n")
+    refused("(-32.000, -20.000) to (35.000, 20.000)", 2, "middle.ngc")
     (folder / "variable.ngc").write_text("G21 G90 G94\nG0 X20 Y20\nG1 X#1 F9\nM2\n")
     refused("variable.ngc:3:4: error[not-supported]", 2, "variable.ngc")
     run(panelcal, "align", "apply", "drill.ngc", *ALIGNED, "-o", "moved.ngc", cwd=folder)

@@ -51,5 +51,21 @@ TEST(AlignmentCheck, RefusesAnotherWorkZero) {
   EXPECT_NE(refusal("Z,X3.0Y4.0\n", kHoles).find("from another work zero"), std::string::npos);
 }
 
+/// The pads lie from (0, 0) to (80, 60): half of them is 40 by 30.
+TEST(AlignmentCheck, RefusesFilesOfTwoOrigins) {
+  // The board's middle is the origin of one.
+  const std::string shifted = refusal("", "X-41.0Y10.0\nX38.0Y50.0\n");
+  EXPECT_NE(shifted.find("(-41.000, 10.000) to (38.000, 50.000) mm"), std::string::npos) << shifted;
+  EXPECT_NE(shifted.find("(0.000, 0.000) to (80.000, 60.000) mm"), std::string::npos) << shifted;
+}
+
+TEST(AlignmentCheck, TakesHolesAroundThePadsAndAmongThem) {
+  EXPECT_EQ(refusal("", "X-60.0Y-50.0\nX140.0Y110.0\n"), "none");
+  EXPECT_EQ(refusal("", "X5.0Y5.0\nX9.0Y9.0\n"), "none") << "few, in a corner";
+  EXPECT_EQ(refusal("", "X40.0Y30.0\n"), "none");
+  EXPECT_EQ(refusal("", "X-60.0Y10.0\nX80.0Y50.0\n"), "none") << "beyond at one side only";
+  EXPECT_EQ(refusal("", "X-30.0Y10.0\nX50.0Y50.0\n"), "none") << "by 30 of 80, as a tab would";
+}
+
 }  // namespace
 }  // namespace panelcal
