@@ -135,6 +135,9 @@ def nothing_is_written_where_the_alignment_does_not_hold(panelcal, folder):
     (folder / "other.toml").write_text((folder / "machine.toml").read_text() + "# changed\n")
     other = ("-m", "other.toml", "--align", "board.align.json")
     refused("another machine file", 2, "drill.ngc", aligned=other)
+    for program, expect, words in (("drill.ngc", 1, "at most 0.01 um"), ("pth.drl", 2, "[tolerance] in machine.toml")):
+        result = filtered(panelcal, folder, *ALIGNED, program, "--max-sigma-um", "0.01", expect=expect)
+        assert not result.stdout and words in result.stderr, result
     missing = ("-m", "machine.toml", "--align", "none.align.json")
     path = folder / "board.align.json"
     document = json.loads(path.read_text())

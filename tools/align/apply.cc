@@ -167,6 +167,11 @@ Expected<Answer> filter(const ApplyOptions& options, CommandContext& context) {
   if (is_gcode(program)) {
     PANELCAL_TRY(Applied applied, apply_to(program, options, machine, *panel, progress));
     answer = put(std::move(applied), options, context);
+  } else if (options.surface.max_sigma_um) {
+    return failure({Code::Usage,
+                    {options.program, 0, 0},
+                    "--max-sigma-um is of G-code, and this is a program to drill or rout",
+                    "[tolerance] in machine.toml, which such a program is held against"});
   } else {
     answer = run_command(RunOptions{.program = options.program,
                                     .machine = options.machine,

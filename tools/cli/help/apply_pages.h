@@ -50,10 +50,12 @@ board as it lies. A drill or rout file becomes what `panelcal run --align` write
 G-code program what `panelcal align apply` writes. Without an alignment that is in force nothing
 comes out but the reason, and the exit code is 1: never the program as it was.
 
+--max-sigma-um is of G-code. A drill or rout file is held against [tolerance] of machine.toml.
+
 FILTER_PROGRESS=# goes to standard error if AXIS_PROGRESS_BAR is set.
 
 Exit codes
-  0 done; 1 there is no alignment, it is held or too old, or the job is held; 2 bad input or usage;
-  3 a device or the disk failed)";
+  0 done; 1 there is no alignment, it is held or too old, the job is held, or a place is less sure
+  than --max-sigma-um; 2 bad input or usage; 3 a device or the disk failed)";
 
 }  // namespace panelcal::pages
