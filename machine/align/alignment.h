@@ -49,10 +49,13 @@ struct AlignmentCheck {
   std::chrono::sys_seconds time{};  ///< UTC
   std::string by;
   std::vector<int> pads;  ///< their numbers, from 1
+  /// Of the pads in their order; fewer than these, in a failed check: the next one was not found.
   std::vector<Position<frame::Actual>> seen;
   double chi_square = 0;  ///< of their moves since the alignment
   double limit = 0;
   bool is_accepted = false;
+
+  bool has_seen_all() const { return seen.size() == pads.size(); }
 };
 
 /// A panel that was measured once, for all of its programs: board.align.json.

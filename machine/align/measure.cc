@@ -11,6 +11,7 @@
 #include "calib/base/files/atomic_file.h"
 #include "calib/base/files/digest.h"
 #include "calib/base/statistics/chi_square.h"
+#include "machine/job/alignment_check.h"
 #include "machine/job/spindle_age.h"
 #include "machine/sources/measurement_file_source.h"
 #include <fmt/format.h>
@@ -164,15 +165,36 @@ Expected<void> check_held(const Alignment& alignment) {
                                 "`panelcal align` again, with a panel that keeps the limits"));
   }
   if (!alignment.checks.empty() && !alignment.checks.back().is_accepted) {
-    return failure(gate_failure(alignment,
-                                fmt::format("the panel had moved when {} looked again at {}",
-                                            alignment.checks.back().by,
-                                            iso_8601(alignment.checks.back().time)),
-                                "`panelcal align` again"));
+    const AlignmentCheck& last = alignment.checks.back();
+    return failure(gate_failure(
+        alignment,
+        fmt::format("{} when {} looked again at {}",
+                    last.has_seen_all()
+                        ? "the panel had moved"
+                        : fmt::format("pad {} was not found", last.pads[last.seen.size()]),
+                    last.by,
+                    iso_8601(last.time)),
+        "`panelcal align` again"));
   }
   if (alignment.fit) return {};
   return failure(gate_failure(
       alignment, "a pad was not found", "`panelcal align` again, with pads that are to be seen"));
+}
+
+Diagnostic not_found(std::size_t number,
+                     const Eigen::Vector2d& nominal_mm,
+                     const Measurement& now) {
+  return {now.status == MeasurementStatus::NotFound    ? Code::TargetNotFound
+          : now.status == MeasurementStatus::Ambiguous ? Code::TargetAmbiguous
+                                                       : Code::TargetRejected,
+          {},
+          fmt::format("pad {} at nominal ({:.4f}, {:.4f}) mm{}{}",
+                      number,
+                      nominal_mm.x(),
+                      nominal_mm.y(),
+                      now.reason.empty() ? "" : ": ",
+                      now.reason),
+          ""};
 }
 
 }  // namespace
@@ -305,9 +327,9 @@ Expected<void> check_age(const Alignment& alignment,
       "`panelcal align verify` to look at two pads again, or another --valid"));
 }
 
-Expected<AlignmentCheck> look_again(const AlignedPanel& panel,
-                                    const MachineConfig& machine,
-                                    const OpenJobSources& open) {
+Expected<SecondLook> look_again(const AlignedPanel& panel,
+                                const MachineConfig& machine,
+                                const OpenJobSources& open) {
   const Survey& then = *panel.survey();
   const std::vector<std::size_t>& points = then.series.front().points;
   const auto place_mm = [&](std::size_t i) { return then.measurements[i].request.nominal.in_mm(); };
@@ -328,28 +350,22 @@ Expected<AlignmentCheck> look_again(const AlignedPanel& panel,
     asked.request.file.clear();
     asked.request.seq = static_cast<std::int64_t>(nominal.measurements.size());
     asked.request.expected = panel.place_of(asked.request.nominal).position;
-    asked.request.work_zero = machine.walk.work_zero;
+    asked.request.work_zero = configured_zero(machine.walk);
     asked.status = MeasurementStatus::Found;
     asked.measured.position = asked.request.expected;
     nominal.measurements.push_back(std::move(asked));
   }
   PANELCAL_TRY(const JobSources sources, open(nominal));
-  AlignmentCheck check;
+  SecondLook look;
+  AlignmentCheck& check = look.check;
+  check.limit = chi_square_limit(kCheckFalseAlarm, static_cast<int>(2 * chosen.size()));
+  for (const std::size_t i : chosen) check.pads.push_back(static_cast<int>(i) + 1);
   for (std::size_t k = 0; k < chosen.size(); ++k) {
     const Measurement& old = then.measurements[chosen[k]];
     PANELCAL_TRY(const Measurement now, sources.targets->measure(nominal.measurements[k].request));
     if (now.status != MeasurementStatus::Found) {
-      return failure({now.status == MeasurementStatus::NotFound    ? Code::TargetNotFound
-                      : now.status == MeasurementStatus::Ambiguous ? Code::TargetAmbiguous
-                                                                   : Code::TargetRejected,
-                      {},
-                      fmt::format("pad {} at nominal ({:.4f}, {:.4f}) mm{}{}",
-                                  chosen[k] + 1,
-                                  old.request.nominal.in_mm().x(),
-                                  old.request.nominal.in_mm().y(),
-                                  now.reason.empty() ? "" : ": ",
-                                  now.reason),
-                      ""});
+      look.lost = not_found(chosen[k] + 1, old.request.nominal.in_mm(), now);
+      return look;
     }
     const Eigen::Matrix2d cov_mm2 =
         now.measured.cov + old.measured.cov + 2 * machine.walk.uncertainty.of_target_mm2();
@@ -359,13 +375,11 @@ Expected<AlignmentCheck> look_again(const AlignedPanel& panel,
                          2 * cov_mm2(0, 1) * moved_mm.x() * moved_mm.y() +
                          cov_mm2(0, 0) * moved_mm.y() * moved_mm.y()) /
                         det;
-    check.pads.push_back(static_cast<int>(chosen[k]) + 1);
     check.seen.push_back(now.measured.position);
   }
   PANELCAL_CHECK(sources.targets->finish());
-  check.limit = chi_square_limit(kCheckFalseAlarm, static_cast<int>(2 * chosen.size()));
   check.is_accepted = check.chi_square <= check.limit;
-  return check;
+  return look;
 }
 
 }  // namespace panelcal

@@ -3,9 +3,11 @@
 
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "calib/base/diagnostic.h"
 #include "calib/base/expected.h"
 #include "calib/correction/stack.h"
 #include "machine/align/alignment.h"
@@ -79,6 +81,13 @@ Expected<void> check_age(const Alignment& alignment,
                          std::chrono::sys_seconds now,
                          std::chrono::seconds valid);
 
+struct SecondLook {
+  AlignmentCheck check;
+  /// The reason if a pad was not found, which is a failed check: target-not-found,
+  /// target-ambiguous or target-rejected.
+  std::optional<Diagnostic> lost;
+};
+
 /// Looks again at the two pads of the fit that lie farthest apart, and compares them with where
 /// they were:
 ///
@@ -87,13 +96,12 @@ Expected<void> check_age(const Alignment& alignment,
 /// with the stage and the table in either covariance; the camera and the spindle-camera offset are
 /// the same both times.
 ///
-/// Out    is_accepted if a panel that lies still exceeds it in at most 1 of 1,000 checks; without
-///        time and name
-/// Fails  target-not-found, target-ambiguous or target-rejected (a pad is not to be seen); what the
-///        sources report
+/// Out    is_accepted if a panel that lies still exceeds it in at most 1 of 1,000 checks, and both
+///        pads are to be seen; without time and name
+/// Fails  what the sources report
 /// See    tests/tools/align_test.py
-Expected<AlignmentCheck> look_again(const AlignedPanel& panel,
-                                    const MachineConfig& machine,
-                                    const OpenJobSources& open);
+Expected<SecondLook> look_again(const AlignedPanel& panel,
+                                const MachineConfig& machine,
+                                const OpenJobSources& open);
 
 }  // namespace panelcal

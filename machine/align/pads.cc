@@ -11,6 +11,7 @@
 #include "calib/base/amount.h"
 #include "calib/base/files/atomic_file.h"
 #include "machine/align/pad_readers.h"
+#include "machine/job/alignment_check.h"
 #include "machine/job/checked_program.h"
 #include <fmt/format.h>
 
@@ -50,7 +51,8 @@ Expected<FoundPads> panel_targets(const Survey& nominal,
   FoundPads found{{}, "targets"};
   for (const std::size_t i : base->measurements) {
     const MeasurementRequest& request = nominal.measurements[i].request;
-    const bool is_moved = (request.work_zero - machine.walk.work_zero).in_mm().norm() > kSamePad_mm;
+    const Displacement<frame::Machine> moved = request.work_zero - configured_zero(machine.walk);
+    const bool is_moved = moved.in_mm().norm() > kSamePad_mm;
     if (request.axes != ObservedAxes::Both || is_moved) {
       return failure(usage_of(file,
                               request.line,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "machine/job/alignment_check.h"
 
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -14,26 +15,46 @@ namespace {
 
 using NominalBox = BoundingBox<frame::Nominal>;
 
+/// Zeros that are nearer to each other than this are one: far above rounding.
+constexpr double kSameZero_mm = 1e-6;
+
 /// All places at which a tool works.
 class WorkedExtent final : public OperationSink {
  public:
+  /// The first operation that counts from another zero than the pads.
+  struct Astray {
+    int line = 0;
+    Position<frame::Machine> zero;
+  };
+
+  explicit WorkedExtent(const Position<frame::Machine>& zero) : zero_(zero) {}
+
   void put(const Operation& operation) override {
-    std::visit([this](const auto& what) { see(what); }, operation.what);
+    std::visit([&](const auto& what) { see(operation.line, what); }, operation.what);
   }
   const NominalBox& box() const { return box_; }
+  const std::optional<Astray>& astray() const { return astray_; }
 
  private:
   template <class What>
-  void see(const What& what) {
+  void see(int line, const What& what) {
     if constexpr (std::is_same_v<What, Drill> || std::is_same_v<What, Rout>) {
-      box_.add(what.nominal);
+      add(line, what);
     } else if constexpr (requires { what.start.nominal, what.end.nominal; }) {
-      box_.add(what.start.nominal);
-      box_.add(what.end.nominal);
+      add(line, what.start);
+      add(line, what.end);
     }
   }
 
+  void add(int line, const PlacedPoint& point) {
+    box_.add(point.nominal);
+    const Position<frame::Machine> zero = point.actual - point.commanded;
+    if (!astray_ && (zero - zero_).in_mm().norm() > kSameZero_mm) astray_ = {line, zero};
+  }
+
+  Position<frame::Machine> zero_;
   NominalBox box_;
+  std::optional<Astray> astray_;
 };
 
 bool overlap(const NominalBox& a, const NominalBox& b) {
@@ -41,6 +62,26 @@ bool overlap(const NominalBox& a, const NominalBox& b) {
     return (low.low().in_mm().array() <= high.high().in_mm().array()).all();
   };
   return reaches(a, b) && reaches(b, a);
+}
+
+/// Each reaches beyond the other, at opposite sides, by more than half of the pads' extent: what
+/// two origins make of one board. Holes around the pads, or pads around the holes, reach beyond on
+/// their own.
+bool is_shifted(const NominalBox& worked, const NominalBox& pads) {
+  constexpr double kShift = 0.5;
+  // Pads nearly in a line say nothing across it.
+  constexpr double kLeast = 0.05;
+  const Eigen::Array2d extent_mm = (pads.high() - pads.low()).in_mm().array();
+  const Eigen::Array2d limit_mm = (kShift * extent_mm).max(kLeast * extent_mm.maxCoeff());
+  const Eigen::Array2d below_mm = (pads.low() - worked.low()).in_mm().array();
+  const Eigen::Array2d above_mm = (worked.high() - pads.high()).in_mm().array();
+  return ((below_mm > limit_mm && -above_mm > limit_mm) ||
+          (above_mm > limit_mm && -below_mm > limit_mm))
+      .any();
+}
+
+std::string zero_text(const Eigen::Vector2d& at_mm) {
+  return fmt::format("({:.3f}, {:.3f}) mm", at_mm.x(), at_mm.y());
 }
 
 std::string extent_text(const NominalBox& box) {
@@ -80,20 +121,35 @@ Expected<void> check_fits_alignment(const Program& program,
     const CalibrationOrder& order = checked.calibrations.front().order;
     return failure(measures_itself(program, order.line, order.command));
   }
-  WorkedExtent worked;
+  const Position<frame::Machine> zero = configured_zero(options);
+  WorkedExtent worked(zero);
   DiagnosticLog said_later;
   execute(program, options, checked, worked, said_later);
+  if (const auto& astray = worked.astray()) {
+    return failure(misfit_of_program(
+        program,
+        astray->line,
+        fmt::format("the program counts from another work zero than the pads of --align: from {}, "
+                    "they from {}",
+                    zero_text(astray->zero.in_mm()),
+                    zero_text(zero.in_mm())),
+        "a program without Z, ZC"));
+  }
+  return check_one_origin(program.source.file, worked.box(), *options.aligned);
+}
+
+Expected<void> check_one_origin(const std::string& file,
+                                const NominalBox& worked,
+                                const Survey& aligned) {
   NominalBox pads;
-  for (const Measurement& pad : options.aligned->measurements) pads.add(pad.request.nominal);
-  if (worked.box().is_empty() || overlap(worked.box(), pads)) return {};
-  return failure(
-      misfit_of_program(program,
-                        0,
-                        fmt::format("the program works from {}, and the pads of --align lie from "
-                                    "{}",
-                                    extent_text(worked.box()),
-                                    extent_text(pads)),
-                        "files with one origin: export them again with the same one"));
+  for (const Measurement& pad : aligned.measurements) pads.add(pad.request.nominal);
+  if (worked.is_empty() || (overlap(worked, pads) && !is_shifted(worked, pads))) return {};
+  return failure({Code::Usage,
+                  {file, 0, 0},
+                  fmt::format("the program works from {}, and the pads of --align lie from {}",
+                              extent_text(worked),
+                              extent_text(pads)),
+                  "files with one origin: export them again with the same one"});
 }
 
 }  // namespace panelcal

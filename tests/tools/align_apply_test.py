@@ -125,6 +125,9 @@ def nothing_is_written_where_the_alignment_does_not_hold(panelcal, folder):
     refused("at most 0.01 um", 1, "drill.ngc", "--max-sigma-um", "0.01")
     (folder / "far.ngc").write_text("G21 G90 G94\nG0 X120 Y-80\nG1 X150 Y-60 F9\nM2\n")
     refused("(120.000, -80.000) to (150.000, -60.000)", 2, "far.ngc")
+    # From the board's middle, and the pads from its corner: 35 by 25 mm are half of them.
+    (folder / "middle.ngc").write_text("G21 G90 G94\nG0 X-32 Y-20\nG1 X35 Y20 F9\nM2\n")
+    refused("(-32.000, -20.000) to (35.000, 20.000)", 2, "middle.ngc")
     (folder / "variable.ngc").write_text("G21 G90 G94\nG0 X20 Y20\nG1 X#1 F9\nM2\n")
     refused("variable.ngc:3:4: error[not-supported]", 2, "variable.ngc")
     run(panelcal, "align", "apply", "drill.ngc", *ALIGNED, "-o", "moved.ngc", cwd=folder)
@@ -132,6 +135,9 @@ def nothing_is_written_where_the_alignment_does_not_hold(panelcal, folder):
     (folder / "other.toml").write_text((folder / "machine.toml").read_text() + "# changed\n")
     other = ("-m", "other.toml", "--align", "board.align.json")
     refused("another machine file", 2, "drill.ngc", aligned=other)
+    for program, expect, words in (("drill.ngc", 1, "at most 0.01 um"), ("pth.drl", 2, "[tolerance] in machine.toml")):
+        result = filtered(panelcal, folder, *ALIGNED, program, "--max-sigma-um", "0.01", expect=expect)
+        assert not result.stdout and words in result.stderr, result
     missing = ("-m", "machine.toml", "--align", "none.align.json")
     path = folder / "board.align.json"
     document = json.loads(path.read_text())

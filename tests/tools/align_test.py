@@ -185,11 +185,28 @@ def verify_renews_what_lies_still(panelcal, folder):
     # The two that lie farthest apart.
     assert len(checks) == 1 and checks[0]["pads"] == [1, 3] and checks[0]["is_accepted"], checks
 
+    # A clock that goes wrong writes nothing.
+    board = folder / "board.align.json"
+    kept = board.read_bytes()
+    edited(folder, lambda d: d.update(time="2100-01-01T00:00:00Z", checks=[]))
+    future = board.read_bytes()
+    refused(run(panelcal, *verify, "--machine-driver", "sim", cwd=folder, expect=2), "after this computer's time")
+    assert board.read_bytes() == future
+    # The panel is taken away: the pictures show none of its pads.
+    board.write_bytes(kept)
+    (folder / "two.exc").write_text("M48\nMETRIC,TZ\nVER,1\n%\n$uvis,alg,0,2\nG34,1\n" + "".join(
+        f"G36X{PADS[i][0]:.3f}Y{PADS[i][1]:.3f}\n" for i in (0, 2)) + "M30\n")
+    (folder / "taken.toml").write_text(machine_text(Panel(3).moved(5)).replace(
+        "[vision]", '[vision]\nmodel = "similarity"'))
+    run(panelcal, "synth", "two.exc", "-m", "taken.toml", "-o", "taken", cwd=folder)
+    refused(run(panelcal, *verify, "--images", "taken", cwd=folder, expect=1), "pad 1 at nominal")
+    refused(run_aligned(panelcal, folder, "pth.drl", "-o", "out2.jsonl", expect=1),
+            "pad 1 was not found when Ada looked again")
+    board.write_bytes(kept)
+
     # The panel is pushed by 30 um: the pictures are another machine's, where it lies there.
     (folder / "pushed.toml").write_text(machine_text(Panel(3).moved(0.03)).replace(
         "[vision]", '[vision]\nmodel = "similarity"'))
-    (folder / "two.exc").write_text("M48\nMETRIC,TZ\nVER,1\n%\n$uvis,alg,0,2\nG34,1\n" + "".join(
-        f"G36X{PADS[i][0]:.3f}Y{PADS[i][1]:.3f}\n" for i in (0, 2)) + "M30\n")
     run(panelcal, "synth", "two.exc", "-m", "pushed.toml", "-o", "pushed", cwd=folder)
     refused(run(panelcal, *verify, "--images", "pushed", cwd=folder, expect=1), "the panel has moved")
     refused(run_aligned(panelcal, folder, "pth.drl", "-o", "out2.jsonl", expect=1), "the panel had moved")

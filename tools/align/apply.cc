@@ -14,6 +14,7 @@
 #include "machine/align/alignment.h"
 #include "machine/align/measure.h"
 #include "machine/config/machine_config.h"
+#include "machine/job/alignment_check.h"
 #include "program/gcode/leveller.h"
 #include "program/gcode/mover.h"
 #include "program/gcode/recognition.h"
@@ -28,8 +29,6 @@
 namespace panelcal::align {
 namespace {
 
-using NominalBox = BoundingBox<frame::Nominal>;
-
 constexpr std::string_view kMovedBy = "(moved by panelcal";
 
 /// Fails  as restore_panel() and check_age()
@@ -40,30 +39,6 @@ Expected<AlignedPanel> panel_in_force(const ApplyOptions& options, const Machine
   const auto valid_s = static_cast<std::int64_t>(std::llround(options.valid_hours * kHour_s));
   PANELCAL_CHECK(check_age(alignment, now, std::chrono::seconds(valid_s)));
   return restore_panel(alignment, machine, now);
-}
-
-std::string extent_text(const NominalBox& box) {
-  const Eigen::Vector2d low_mm = box.low().in_mm(), high_mm = box.high().in_mm();
-  return fmt::format(
-      "({:.3f}, {:.3f}) to ({:.3f}, {:.3f}) mm", low_mm.x(), low_mm.y(), high_mm.x(), high_mm.y());
-}
-
-/// Files of one board that were written with different origins do not overlap.
-Expected<void> check_overlap(const std::string& file,
-                             const NominalBox& worked,
-                             const AlignedPanel& panel) {
-  NominalBox pads;
-  for (const Measurement& pad : panel.survey()->measurements) pads.add(pad.request.nominal);
-  const auto reaches = [](const NominalBox& low, const NominalBox& high) {
-    return (low.low().in_mm().array() <= high.high().in_mm().array()).all();
-  };
-  if (worked.is_empty() || (reaches(worked, pads) && reaches(pads, worked))) return {};
-  return failure({Code::Usage,
-                  {file, 0, 0},
-                  fmt::format("the program works from {}, and the pads of --align lie from {}",
-                              extent_text(worked),
-                              extent_text(pads)),
-                  "files with one origin: export them again with the same one"});
 }
 
 std::string moved_text(const MoveFigures& figures) {
@@ -108,7 +83,7 @@ Expected<Applied> apply_to(const SourceText& program,
       .tolerance = um(options.tolerance_um), .unit_mm = levelling.unit_mm, .progress = progress};
   PANELCAL_TRY(MovedGcode moved, move_gcode(program, MachinePlaces(panel, machine), moving));
   const MoveFigures& figures = moved.figures;
-  PANELCAL_CHECK(check_overlap(program.file, figures.nominal, panel));
+  PANELCAL_CHECK(check_one_origin(program.file, figures.nominal, *panel.survey()));
   Applied out{.text = {},
               .words = moved_text(figures),
               .largest_sigma = figures.largest_sigma,
@@ -192,6 +167,11 @@ Expected<Answer> filter(const ApplyOptions& options, CommandContext& context) {
   if (is_gcode(program)) {
     PANELCAL_TRY(Applied applied, apply_to(program, options, machine, *panel, progress));
     answer = put(std::move(applied), options, context);
+  } else if (options.surface.max_sigma_um) {
+    return failure({Code::Usage,
+                    {options.program, 0, 0},
+                    "--max-sigma-um is of G-code, and this is a program to drill or rout",
+                    "[tolerance] in machine.toml, which such a program is held against"});
   } else {
     answer = run_command(RunOptions{.program = options.program,
                                     .machine = options.machine,

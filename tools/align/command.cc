@@ -97,18 +97,18 @@ class AlignRun {
     begin();
     PANELCAL_TRY(machine_, read_machine_config(options_.machine));
     PANELCAL_TRY(Alignment alignment, read_alignment(options_.alignment));
+    // Checks that run backwards in time make a file that is refused.
+    PANELCAL_CHECK(check_age(alignment, now_, std::chrono::seconds::max()));
     PANELCAL_TRY(const AlignedPanel panel, restore_panel(alignment, machine_, now_));
-    Expected<AlignmentCheck> check = look_again(panel, machine_, opener());
+    Expected<SecondLook> look = look_again(panel, machine_, opener());
     context_.console.end_progress();
-    if (!check) {
-      Diagnostic problem = std::move(check).error();
-      if (problem.place.file.empty()) problem.place.file = options_.alignment;
-      return failure(std::move(problem));
-    }
+    if (!look) return failure(of_alignment(std::move(look).error()));
+    AlignmentCheck* const check = &look->check;
     check->time = now_;
     check->by = asking_person(options_.by);
     alignment.checks.push_back(*check);
     PANELCAL_CHECK(context_.output.write_to(options_.alignment, alignment_text(alignment)));
+    if (look->lost) return failure(of_alignment(*std::move(look->lost)));
     const std::string words = fmt::format("pads {}: chi square {:.2f}, limit {:.2f}",
                                           fmt::join(check->pads, " and "),
                                           check->chi_square,
@@ -150,6 +150,11 @@ class AlignRun {
   }
 
  private:
+  Diagnostic of_alignment(Diagnostic problem) const {
+    if (problem.place.file.empty()) problem.place.file = options_.alignment;
+    return problem;
+  }
+
   void begin() {
     if (!options_.camera.empty()) heed_interruptions();
   }
@@ -255,7 +260,9 @@ class AlignRun {
                           check.by,
                           check.chi_square,
                           check.limit,
-                          check.is_accepted ? "" : ": moved");
+                          check.is_accepted      ? ""
+                          : check.has_seen_all() ? ": moved"
+                                                 : ": a pad was not found");
     }
     return text;
   }

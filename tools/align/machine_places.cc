@@ -10,7 +10,7 @@ Eigen::Vector2d MachinePlaces::actual_mm(const Eigen::Vector2d& nominal_mm) cons
   const Position<frame::Actual> place =
       panel_.place_of(position_mm<frame::Nominal>(nominal_mm)).position;
   if (walk_.table == nullptr) return place.in_mm();
-  return (walk_.table->nearest_command_for(in_machine(place)) - walk_.work_zero).in_mm();
+  return (walk_.table->nearest_command_for(in_machine(place)) - configured_zero(walk_)).in_mm();
 }
 
 Expected<Length> MachinePlaces::sigma(const Eigen::Vector2d& nominal_mm) const {

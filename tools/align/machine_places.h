@@ -3,6 +3,7 @@
 
 #include "machine/align/measure.h"
 #include "machine/config/machine_config.h"
+#include "machine/job/alignment_check.h"
 #include "program/gcode/mover.h"
 
 namespace panelcal::align {
@@ -21,7 +22,7 @@ class MachinePlaces final : public BoardPlaces {
 
  private:
   Position<frame::Machine> in_machine(const Position<frame::Actual>& place) const {
-    return walk_.work_zero + displacement_mm<frame::Machine>(place.in_mm());
+    return configured_zero(walk_) + displacement_mm<frame::Machine>(place.in_mm());
   }
 
   const AlignedPanel& panel_;

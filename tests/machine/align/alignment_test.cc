@@ -66,6 +66,18 @@ TEST(AlignmentFile, LacksWhatWasNotFound) {
   EXPECT_EQ(read->last_seen(), held.time);
 }
 
+TEST(AlignmentFile, KeepsACheckThatLostAPad) {
+  Alignment lost = small_alignment();
+  lost.checks[0].is_accepted = false;
+  for (std::size_t n = 2; n-- > 0;) {
+    lost.checks[0].seen.resize(n);
+    const auto read = parse_alignment(alignment_text(lost), "a.json");
+    ASSERT_TRUE(read) << read.error().text();
+    EXPECT_EQ(read->checks[0].seen.size(), n);
+    EXPECT_FALSE(read->checks[0].has_seen_all());
+  }
+}
+
 TEST(AlignmentFile, RefusesWhatContradictsItself) {
   const auto refused = [](const auto& change) {
     Alignment alignment = small_alignment();
@@ -76,6 +88,8 @@ TEST(AlignmentFile, RefusesWhatContradictsItself) {
   EXPECT_EQ(refused([](Alignment& a) { a.names.pop_back(); }), "calibration-invalid");
   EXPECT_EQ(refused([](Alignment& a) { a.measurements[1].request.seq = 5; }),
             "calibration-invalid");
+  EXPECT_EQ(refused([](Alignment& a) { a.checks[0].seen.pop_back(); }), "calibration-invalid")
+      << "accepted without";
   EXPECT_EQ(refused([](Alignment& a) { a.checks[0].pads = {1, 3}; }), "calibration-invalid");
   EXPECT_EQ(refused([](Alignment& a) { a.checks[0].time = a.time - std::chrono::seconds(1); }),
             "calibration-invalid");

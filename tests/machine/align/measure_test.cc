@@ -23,6 +23,10 @@ class TurnedPanel final : public MeasurementSource {
     lines.push_back(request.line);
     Measurement pad;
     pad.request = request;
+    if (request.seq == i_lost) {
+      pad.status = MeasurementStatus::NotFound;
+      return pad;
+    }
     pad.status = MeasurementStatus::Found;
     Eigen::Vector2d at_mm = true_mm(request.nominal.in_mm());
     if (request.seq == i_moved) at_mm.x() += moved_mm;
@@ -38,6 +42,7 @@ class TurnedPanel final : public MeasurementSource {
 
   std::vector<int> lines;
   std::int64_t i_moved = -1;
+  std::int64_t i_lost = -1;
   double moved_mm = 0;
 };
 
@@ -143,18 +148,51 @@ TEST_F(AlignedBoard, HasAnAge) {
 TEST_F(AlignedBoard, IsLookedAtAgainAtTheFarthestPads) {
   const auto panel = restore_panel(align(), machine_, kNow);
   ASSERT_TRUE(panel);
-  auto check = look_again(*panel, machine_, open());
-  ASSERT_TRUE(check) << check.error().text();
-  EXPECT_EQ(check->pads, (std::vector<int>{1, 3}));
-  EXPECT_TRUE(check->is_accepted);
-  EXPECT_NEAR(check->chi_square, 0, 1e-9);
-  EXPECT_NEAR(check->limit, 18.467, 1e-3) << "four degrees of freedom, 0.1 %";
+  auto look = look_again(*panel, machine_, open());
+  ASSERT_TRUE(look) << look.error().text();
+  EXPECT_EQ(look->check.pads, (std::vector<int>{1, 3}));
+  EXPECT_TRUE(look->check.is_accepted);
+  EXPECT_FALSE(look->lost);
+  EXPECT_NEAR(look->check.chi_square, 0, 1e-9);
+  EXPECT_NEAR(look->check.limit, 18.467, 1e-3) << "four degrees of freedom, 0.1 %";
   panel_.i_moved = 1;  // of the two that are asked for
   panel_.moved_mm = 10e-3;
-  check = look_again(*panel, machine_, open());
-  ASSERT_TRUE(check);
-  EXPECT_NEAR(check->chi_square, 50, 1e-6);
-  EXPECT_FALSE(check->is_accepted);
+  look = look_again(*panel, machine_, open());
+  ASSERT_TRUE(look);
+  EXPECT_NEAR(look->check.chi_square, 50, 1e-6);
+  EXPECT_FALSE(look->check.is_accepted);
+}
+
+TEST_F(AlignedBoard, IsRefusedOnceAPadIsNotFoundAgain) {
+  Alignment alignment = align();
+  const auto panel = restore_panel(alignment, machine_, kNow);
+  ASSERT_TRUE(panel);
+  panel_.i_lost = 1;  // of the two that are asked for: the third pad
+  const auto look = look_again(*panel, machine_, open());
+  ASSERT_TRUE(look) << look.error().text();
+  ASSERT_TRUE(look->lost);
+  EXPECT_EQ(look->lost->code, Code::TargetNotFound);
+  EXPECT_FALSE(look->check.is_accepted);
+  EXPECT_EQ(look->check.pads, (std::vector<int>{1, 3}));
+  EXPECT_EQ(look->check.seen.size(), 1U);
+  alignment.checks.push_back(look->check);
+  const auto refused = restore_panel(alignment, machine_, kNow);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, Code::GateFailed);
+  EXPECT_NE(refused.error().text().find("pad 3 was not found"), std::string::npos);
+}
+
+/// Work zero of the walk is [-1000, 20] + [100, 50].
+TEST_F(AlignedBoard, IsLookedAtFromTheZeroOfItsMeasurement) {
+  write_machine(
+      "[machine]\nname = \"m\"\n[program]\nabsolute_zero_mm = [-1000, 20]\nwork_zero_mm = [100, "
+      "50]\n");
+  const auto panel = restore_panel(align(), machine_, kNow);
+  ASSERT_TRUE(panel) << panel.error().text();
+  const Eigen::Vector2d zero_mm(-900, 70);
+  EXPECT_EQ(asked_.measurements[0].request.work_zero.in_mm(), zero_mm);
+  ASSERT_TRUE(look_again(*panel, machine_, open()));
+  EXPECT_EQ(asked_.measurements[0].request.work_zero.in_mm(), zero_mm);
 }
 
 }  // namespace

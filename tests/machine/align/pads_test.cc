@@ -72,6 +72,21 @@ TEST(Pads, OfAProgramAreTheTargetsOfThePanel) {
   EXPECT_NE(refusal(twice).find("a second series"), std::string::npos) << refusal(twice);
 }
 
+TEST(Pads, OfAProgramCountFromTheMachinesZero) {
+  MachineConfig machine = machine_with({{1, 1}});
+  machine.walk.series_size = 2;
+  machine.walk.absolute_zero = position_mm<frame::Machine>(-1000, 20);
+  machine.walk.work_zero = position_mm<frame::Machine>(100, 50);
+  const auto pads_of = [&](const std::string& header) {
+    return pads_of_text(
+        "M48\nMETRIC,TZ\nVER,1\n" + header + "%\nG34,1\nG36X1.0Y2.0\nG36X30.0Y2.0\nM30\n",
+        {},
+        machine);
+  };
+  EXPECT_EQ(refusal(pads_of("")), "none");
+  EXPECT_NE(refusal(pads_of("ZC,X101.0Y50.0\n")).find("another work zero"), std::string::npos);
+}
+
 TEST(Pads, OfAutoAreTheCornersOfTheHoles) {
   std::string text = "M48\nMETRIC\nT1C0.8\n%\nT1\n";
   for (int x = 0; x <= 60; x += 10) {

@@ -34,7 +34,8 @@ inline constexpr std::string_view kAlignVerify = R"(Example
 
 Looks again at the two pads that lie farthest apart. If they are where they were, up to the noise of
 looks and stage (chi square, one false alarm in 1,000), the alignment counts from now: the check is
-added to the file. If not, that is added, and nothing is drilled by the alignment any more.
+added to the file. If not, or if one is not found, that is added, and nothing is drilled by the
+alignment any more.
 
 With --images or --measurements the two have seq 0 and 1.
 

@@ -29,7 +29,8 @@ Understood are programs of LinuxCNC, GRBL and their kind: G0 to G3 in the XY pla
 G85, G86, G89, G20, G21, G90, G91. Refused, with line and column, is what leaves open where the tool
 goes: variables and expressions that X, Y, Z, I, J or R depend on (F and S may), X without Y and steps
 from an unknown place, G10, another work zero behind a move, cutter compensation (G41, G42), probing,
-lines behind a slash or behind M2; and a program whose places do not overlap those of the pads.
+lines behind a slash or behind M2; and a program whose places do not overlap those of the pads, or
+lie shifted against them.
 
 Exit codes
   0 done; 1 the alignment is held or too old, or a place is less sure than --max-sigma-um; 2 bad input
@@ -49,10 +50,12 @@ board as it lies. A drill or rout file becomes what `panelcal run --align` write
 G-code program what `panelcal align apply` writes. Without an alignment that is in force nothing
 comes out but the reason, and the exit code is 1: never the program as it was.
 
+--max-sigma-um is of G-code. A drill or rout file is held against [tolerance] of machine.toml.
+
 FILTER_PROGRESS=# goes to standard error if AXIS_PROGRESS_BAR is set.
 
 Exit codes
-  0 done; 1 there is no alignment, it is held or too old, or the job is held; 2 bad input or usage;
-  3 a device or the disk failed)";
+  0 done; 1 there is no alignment, it is held or too old, the job is held, or a place is less sure
+  than --max-sigma-um; 2 bad input or usage; 3 a device or the disk failed)";
 
 }  // namespace panelcal::pages

@@ -216,6 +216,8 @@ void add_align_apply_options(CLI::App& command, ApplyOptions& o) {
 void add_filter_options(CLI::App& command, ApplyOptions& o) {
   command.add_option("PROGRAM", o.program, "A program to drill or rout, or G-code")->required();
   add_alignment_in_force(command, o);
+  add_max_sigma(
+      command, o.surface, "G-code: refuse where a place in X and Y is less sure than this");
 }
 
 void add_surface_export_options(CLI::App& command, SurfaceOptions& o) {
