@@ -102,8 +102,9 @@ Expected<Report> Talk::wake() {
       is_awake = line && parse_report(*line);
     }
   }
-  // Ends a line that another program has left half written; its answer is the end of the old talk.
-  PANELCAL_CHECK(link_->send("\n"));
+  // Ends a line that another program has left half written, and makes it one that is not carried
+  // out; alone it asks for help. Its answer is the end of the old talk.
+  PANELCAL_CHECK(link_->send("$\n"));
   bool has_answered = false;
   for (const Deadline silence(patience_.answer); !silence.is_over();) {
     PANELCAL_TRY(const auto line, link_->line(has_answered ? patience_.quiet : silence.left()));
@@ -112,7 +113,7 @@ Expected<Report> Talk::wake() {
   }
   return failure(has_answered
                      ? problem("the control does not stop talking", "no other program that uses it")
-                     : problem("no answer to an empty line", "\"ok\""));
+                     : problem("no answer to \"$\"", "\"ok\" or \"error:N\""));
 }
 
 Expected<void> Talk::send(const std::string& line) {

@@ -30,7 +30,8 @@ std::optional<double> word(const std::string& line, char letter) {
 
 }  // namespace
 
-FakeGrbl::FakeGrbl(Setting setting) : setting_(std::move(setting)), at_mm_(setting_.at_mm) {
+FakeGrbl::FakeGrbl(Setting setting)
+    : setting_(std::move(setting)), line_(setting_.half_line), at_mm_(setting_.at_mm) {
   listener_ = internal::FileDescriptor(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
   sockaddr_in address{};
   address.sin_family = AF_INET;
@@ -211,8 +212,11 @@ std::string FakeGrbl::settings() const {
 }
 
 void FakeGrbl::take_line(const std::string& line) {
-  if (!line.empty()) received_.push_back(line);
+  if (!line.empty() && line != "$") received_.push_back(line);
   if (is_struck()) return;
+  // It begins a line of the control's own; elsewhere it makes any line invalid.
+  if (line != "$$" && line.find('$', 1) != std::string::npos) return say("error:1");
+  if (line == "$") say("[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]");
   if (line == "$I") say(setting_.identity);
   if (line == "$$") say(settings());
   if (line == "$#") say(setting_.offsets);

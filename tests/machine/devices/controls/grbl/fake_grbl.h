@@ -28,6 +28,7 @@ class FakeGrbl {
     std::string modes = "G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0";
     std::string offsets = "[G54:0.000,0.000,0.000]\r\n[G92:0.000,0.000,0.000]\r\n[TLO:0.000]\r\n";
     std::string extra;       ///< of each report, such as "|H:0"
+    std::string half_line;   ///< what another program has left behind
     bool inches = false;     ///< $13
     bool work_only = false;  ///< $10=0: WPos, and WCO in each fourth report
     bool homing = true;      ///< $22
@@ -49,7 +50,7 @@ class FakeGrbl {
   ~FakeGrbl();
 
   int port() const { return port_; }
-  /// All lines and single bytes that came, `?` left out.
+  /// All lines and single bytes that came, `?` and the line `$` left out.
   std::vector<std::string> received() const;
   int n_messages() const { return n_messages_; }
   /// The place that a move, if there is one, ends at if it is not stopped.

@@ -2,6 +2,7 @@
 #include "machine/devices/controls/grbl/grbl.h"
 
 #include <algorithm>
+#include <array>
 #include <csignal>
 #include <string>
 #include <string_view>
@@ -111,6 +112,16 @@ TEST(Grbl, NamesTheOffsetsThatDoNotMatter) {
   ASSERT_TRUE(machine) << machine.error().text();
   EXPECT_THAT(machine->words(),
               HasSubstr("G55, G92, tool length not used: moves are in machine coordinates"));
+}
+
+TEST(Grbl, DoesNotCarryOutALineThatAnotherProgramHasLeftHalfWritten) {
+  for (const std::string half : {"$J=G53G21G90X-50.0000F500.0", "$H", "G21G91G94G38.2Z-1F10"}) {
+    FakeGrbl control({.half_line = half});
+    const auto machine = open(control);
+    ASSERT_TRUE(machine) << machine.error().text();
+    EXPECT_EQ(control.received().front(), half + "$");
+    EXPECT_EQ(control.end_mm(), (std::array<double, 3>{-100, -100, -1}));
+  }
 }
 
 TEST(Grbl, RefusesAStateInWhichNothingMayMove) {
