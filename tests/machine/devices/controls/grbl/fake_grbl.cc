@@ -188,7 +188,8 @@ void FakeGrbl::take(char byte) {
       stop_move();
       return;
     case '\x87':
-      return report();
+      report();
+      return report(setting_.full_extra);
     case '\n':
       take_line(std::exchange(line_, {}));
       return;
@@ -263,7 +264,7 @@ std::string FakeGrbl::place(std::array<double, 3> mm) const {
       "{:.{}f},{:.{}f},{:.{}f}", mm[0] / unit, digits, mm[1] / unit, digits, mm[2] / unit, digits);
 }
 
-void FakeGrbl::report() {
+void FakeGrbl::report(std::string_view extra) {
   advance();
   std::string state = setting_.state;
   if (move_) state = move_->is_jog ? "Jog" : "Run";
@@ -275,7 +276,7 @@ void FakeGrbl::report() {
       fmt::format("<{}|{}:{}|FS:0,0", state, setting_.work_only ? "WPos" : "MPos", place(shown));
   if (setting_.probe_is_tripped) text += "|Pn:P";
   if (++n_reports_ % 4 == 0) text += "|WCO:" + place(setting_.offset_mm);
-  say(text + setting_.extra + ">");
+  say(text + setting_.extra + std::string(extra) + ">");
 }
 
 std::vector<std::string> FakeGrbl::received() const {

@@ -28,6 +28,7 @@ class FakeGrbl {
     std::string modes = "G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0";
     std::string offsets = "[G54:0.000,0.000,0.000]\r\n[G92:0.000,0.000,0.000]\r\n[TLO:0.000]\r\n";
     std::string extra;       ///< of each report, such as "|H:0"
+    std::string full_extra;  ///< of the answer to 0x87, which comes behind a report without it
     std::string half_line;   ///< what another program has left behind
     bool inches = false;     ///< $13
     bool work_only = false;  ///< $10=0: WPos, and WCO in each fourth report
@@ -79,7 +80,7 @@ class FakeGrbl {
   void jog(const std::string& words);
   void probe(const std::string& words);
   void say(std::string_view line);
-  void report();
+  void report(std::string_view extra = {});
   std::string settings() const;
   std::string place(std::array<double, 3> mm) const;
 

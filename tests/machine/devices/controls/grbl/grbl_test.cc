@@ -151,8 +151,29 @@ TEST(Grbl, RefusesAMachineWithoutHomeUnlessTheMachineFileKnows) {
   const auto machine = open(other, setting(Homing::None));
   ASSERT_TRUE(machine) << machine.error().text();
   EXPECT_THAT(machine->words(), HasSubstr("not homed"));
-  FakeGrbl hal({.identity = "[VER:1.1f.20260817:]\r\n[FIRMWARE:grblHAL]\r\n", .extra = "|H:0"});
-  EXPECT_THAT(open(hal), FailsWith(Code::DeviceStage, "not homed"));
+}
+
+TEST(Grbl, WaitsForGrblHalToSayThatItIsHomed) {
+  const std::string identity = "[VER:1.1f.20260817:]\r\n[FIRMWARE:grblHAL]\r\n";
+  const auto stated = [](Homing homing) {
+    ControlSetting out = setting(homing);
+    out.probe.reset();
+    return out;
+  };
+  FakeGrbl homed({.identity = identity, .full_extra = "|H:1"});
+  EXPECT_TRUE(open(homed, stated(Homing::Required)));
+  for (const auto& [extra, full_extra] : {std::pair("", "|H:0"), std::pair("|H:0", "")}) {
+    FakeGrbl other({.identity = identity, .extra = extra, .full_extra = full_extra});
+    EXPECT_THAT(open(other, stated(Homing::Required)),
+                FailsWith(Code::DeviceStage, "the machine is not homed"));
+  }
+  grbl::Talk::Patience patience = kPatience;
+  patience.answer = seconds(0.2);
+  FakeGrbl silent({.identity = identity});
+  EXPECT_THAT(open(silent, stated(Homing::Required), patience),
+              FailsWith(Code::DeviceStage, "does not say whether the machine is homed"));
+  FakeGrbl unhomed({.identity = identity});
+  EXPECT_TRUE(open(unhomed, stated(Homing::None)));
 }
 
 TEST(Grbl, RefusesModesThatScaleOrTurnMoves) {
