@@ -137,7 +137,18 @@ Expected<void> Machine::check_facts(const Report& awake) {
         talk_.problem(fmt::format("no ${} or ${} in the answer to \"$$\"", 100 + axis, 110 + axis),
                       "steps per mm and the maximum rate of each axis"));
   }
-  return place_of(awake).map([](const auto&) {});
+  return check_coordinates(awake);
+}
+
+Expected<void> Machine::check_coordinates(const Report& awake) {
+  PANELCAL_TRY(const Eigen::Vector3d at_mm, place_of(awake));
+  // A control that has kept its coordinates may greet as well, but not from zero.
+  const bool is_reset = talk_.has_greeted() && (at_mm.array() == 0).all();
+  if (setting_.homing != Homing::None || !is_reset) return {};
+  return failure(talk_.problem(
+      "the control was reset when its connection was opened: its coordinates count from where it "
+      "stands now, so that Z may be low and no zero or alignment holds",
+      "Z lifted and the zeros set anew at its console, then the command again"));
 }
 
 std::string Machine::words() const {

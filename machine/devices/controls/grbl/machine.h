@@ -43,6 +43,7 @@ class Machine {
   Expected<void> check_facts(const Report& report);
   Expected<void> check_homing(const Report& awake);
   Expected<std::optional<bool>> stated_homing();
+  Expected<void> check_coordinates(const Report& awake);
   Expected<void> check_modes(bool is_to_probe);
   Expected<void> read_modes();
 

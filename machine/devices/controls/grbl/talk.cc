@@ -99,6 +99,7 @@ Expected<Report> Talk::wake() {
     PANELCAL_CHECK(link_->send("?"));
     for (const Deadline next(kAskAgain); !is_awake && !next.is_over() && !deadline.is_over();) {
       PANELCAL_TRY(const auto line, link_->line(next.left()));
+      has_greeted_ = has_greeted_ || (line && is_banner(*line));
       is_awake = line && parse_report(*line);
     }
   }
@@ -109,6 +110,7 @@ Expected<Report> Talk::wake() {
   for (const Deadline silence(patience_.answer); !silence.is_over();) {
     PANELCAL_TRY(const auto line, link_->line(has_answered ? patience_.quiet : silence.left()));
     if (!line && has_answered) return report();
+    has_greeted_ = has_greeted_ || (line && is_banner(*line));
     has_answered = has_answered || (line && (*line == "ok" || line->starts_with("error:")));
   }
   return failure(has_answered

@@ -66,7 +66,7 @@ void FakeGrbl::serve() {
       peer_ = internal::FileDescriptor(accept(listener_.get(), nullptr, nullptr));
       const int on = 1;
       setsockopt(peer_.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-      say("\r\nGrbl 1.1h ['$' for help]");
+      if (setting_.greets) say("\r\nGrbl 1.1h ['$' for help]");
     }
     if (waiting[2].revents == 0) continue;
     std::array<char, 256> bytes{};

@@ -33,6 +33,7 @@ class FakeGrbl {
     bool inches = false;     ///< $13
     bool work_only = false;  ///< $10=0: WPos, and WCO in each fourth report
     bool homing = true;      ///< $22
+    bool greets = true;      ///< each connection
     double travel_mm = 200;
     std::array<double, 3> offset_mm{};  ///< of work zero
     std::array<double, 3> at_mm{-100, -100, -1};

@@ -153,6 +153,19 @@ TEST(Grbl, RefusesAMachineWithoutHomeUnlessTheMachineFileKnows) {
   EXPECT_THAT(machine->words(), HasSubstr("not homed"));
 }
 
+TEST(Grbl, RefusesCoordinatesThatOpeningHasSetToZero) {
+  FakeGrbl reset({.homing = false, .at_mm = {0, 0, 0}});
+  EXPECT_THAT(open(reset, setting(Homing::None)),
+              FailsWith(Code::DeviceStage, "was reset when its connection was opened"));
+  EXPECT_THAT(moves(reset), ElementsAre());
+  FakeGrbl again({.homing = false, .greets = false, .at_mm = {0, 0, 0}});
+  EXPECT_TRUE(open(again, setting(Homing::None))) << "its serial device was open before";
+  FakeGrbl kept({.homing = false, .at_mm = {0, 0, -0.004}});
+  EXPECT_TRUE(open(kept, setting(Homing::None))) << "a greeting without a reset";
+  FakeGrbl homed({.at_mm = {0, 0, 0}});
+  EXPECT_TRUE(open(homed)) << "a reset would have locked it";
+}
+
 TEST(Grbl, WaitsForGrblHalToSayThatItIsHomed) {
   const std::string identity = "[VER:1.1f.20260817:]\r\n[FIRMWARE:grblHAL]\r\n";
   const auto stated = [](Homing homing) {
