@@ -70,11 +70,33 @@ struct OpenTargets {
   std::string words;  ///< empty: nothing is asked
   std::function<std::string()> remark = {};
   ViewTaker* eye = nullptr;
+  CameraViews* driven = nullptr;  ///< the eye, if it is a camera on a stage
 };
 
 struct OpenProbes {
   std::shared_ptr<ProbeSource> source;
   std::string words;
+};
+
+/// A probe on the machine that carries the camera, which then stands elsewhere.
+class ProbeBesideCamera final : public ProbeSource {
+ public:
+  /// In     camera: lives as long as `targets`
+  ProbeBesideCamera(std::shared_ptr<ProbeSource> probe,
+                    std::shared_ptr<MeasurementSource> targets,
+                    CameraViews* camera)
+      : probe_(std::move(probe)), targets_(std::move(targets)), camera_(camera) {}
+
+  Expected<ProbeReading> probe(const ProbeRequest& request) override {
+    camera_->forget_place();
+    return probe_->probe(request);
+  }
+  Expected<void> finish() override { return probe_->finish(); }
+
+ private:
+  std::shared_ptr<ProbeSource> probe_;
+  std::shared_ptr<MeasurementSource> targets_;
+  CameraViews* camera_;
 };
 
 std::string words_of_sim(const MachineConfig& machine) {
@@ -142,6 +164,7 @@ Expected<OpenTargets> open_camera(const SourceChoice& choice,
   PANELCAL_TRY(OpenTargets open, opened(std::move(source), std::move(words)));
   // Both live as long as the source.
   open.eye = eye;
+  open.driven = eye;
   open.remark = [&camera] {
     return camera.n_retaken() == 0 ? std::string()
                                    : fmt::format("{} frame(s) were lost on the way and taken again",
@@ -228,8 +251,12 @@ Expected<JobSources> open_sources(const SourceChoice& choice,
                                   const Survey& nominal) {
   PANELCAL_CHECK(check_correction_is_meant(choice, nominal));
   ControlOnDemand control(machine);
-  PANELCAL_TRY(const OpenProbes probes, open_probes(choice, machine, nominal, control));
+  PANELCAL_TRY(OpenProbes probes, open_probes(choice, machine, nominal, control));
   PANELCAL_TRY(const OpenTargets targets, open_targets(choice, machine, nominal, control));
+  if (targets.driven != nullptr && choice.probes.empty()) {
+    probes.source =
+        std::make_shared<ProbeBesideCamera>(probes.source, targets.source, targets.driven);
+  }
   return JobSources{
       targets.source, probes.source, source_words(targets, probes), targets.remark, targets.eye};
 }

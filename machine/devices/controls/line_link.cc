@@ -94,10 +94,15 @@ void watch_socket(int fd) {
 }
 
 /// An errno, 0 if it is connected.
-int connect_within(int fd, const addrinfo& address, LinkClock::time_point until) {
+int connect_within(int fd,
+                   const addrinfo& address,
+                   LinkClock::time_point until,
+                   bool heeds_signals) {
   if (connect(fd, address.ai_addr, address.ai_addrlen) == 0) return 0;
   if (errno != EINPROGRESS) return errno;
-  if (wait_for(fd, POLLOUT, until, true) == 0) return interruption() != 0 ? EINTR : ETIMEDOUT;
+  if (wait_for(fd, POLLOUT, until, heeds_signals) == 0) {
+    return heeds_signals && interruption() != 0 ? EINTR : ETIMEDOUT;
+  }
   int error = 0;
   socklen_t size = sizeof error;
   getsockopt(fd, SOL_SOCKET, SO_ERROR, &error, &size);
@@ -106,7 +111,10 @@ int connect_within(int fd, const addrinfo& address, LinkClock::time_point until)
 
 }  // namespace
 
-Expected<std::unique_ptr<LineLink>> LineLink::tcp(const std::string& host, int port, Time limit) {
+Expected<std::unique_ptr<LineLink>> LineLink::tcp(const std::string& host,
+                                                  int port,
+                                                  Time limit,
+                                                  bool heeds_signals) {
   const std::string name = fmt::format("{}:{}", host, port);
   const std::string expected = "a control that listens there, switched on and in reach";
   addrinfo hints{};
@@ -123,8 +131,8 @@ Expected<std::unique_ptr<LineLink>> LineLink::tcp(const std::string& host, int p
     internal::FileDescriptor fd(socket(address->ai_family,
                                        address->ai_socktype | SOCK_CLOEXEC | SOCK_NONBLOCK,
                                        address->ai_protocol));
-    error = fd.get() < 0 ? errno : connect_within(fd.get(), *address, until);
-    PANELCAL_CHECK(check_interruption());
+    error = fd.get() < 0 ? errno : connect_within(fd.get(), *address, until, heeds_signals);
+    if (heeds_signals) PANELCAL_CHECK(check_interruption());
     if (error != 0) continue;
     watch_socket(fd.get());
     return std::unique_ptr<LineLink>(new LineLink(std::move(fd), name));

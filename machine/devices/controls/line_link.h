@@ -18,8 +18,12 @@ namespace panelcal {
 /// See    tests/machine/devices/controls/line_link_test.cc
 class LineLink {
  public:
+  /// In     heeds_signals: false while a machine is being stopped after one
   /// Fails  device-stage (no such host, refused, no answer within the limit); interrupted
-  static Expected<std::unique_ptr<LineLink>> tcp(const std::string& host, int port, Time limit);
+  static Expected<std::unique_ptr<LineLink>> tcp(const std::string& host,
+                                                 int port,
+                                                 Time limit,
+                                                 bool heeds_signals = true);
   /// Raw, 8 data bits, no parity, one stop bit; locked against other programs.
   ///
   /// Fails  device-stage (cannot be opened, is in use, is no serial device, has no such speed)

@@ -2,6 +2,7 @@
 #include "machine/devices/controls/grbl/machine.h"
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include "machine/devices/controls/grbl/words.h"
@@ -78,7 +79,22 @@ Expected<void> Machine::check_modes(bool is_to_probe) {
   return {};
 }
 
-Expected<void> Machine::check_homing(const Report& report) {
+/// What grblHAL says of its homing; absent: nothing in time.
+Expected<std::optional<bool>> Machine::stated_homing() {
+  using Clock = std::chrono::steady_clock;
+  PANELCAL_CHECK(talk_.send_now(kFullReport));
+  const auto until = Clock::now() + std::chrono::duration<double>(talk_.patience().answer.in_s());
+  // Reports that it sends by itself do not have it.
+  while (Clock::now() < until) {
+    PANELCAL_TRY(const auto full, talk_.hear(talk_.patience().between_reports));
+    if (full && full->kind == Talk::Heard::Kind::Report && full->report.is_homed) {
+      return full->report.is_homed;
+    }
+  }
+  return std::optional<bool>();
+}
+
+Expected<void> Machine::check_homing(const Report& awake) {
   const bool is_off = facts_.setting(22) == 0.0;
   if (setting_.homing == Homing::None) return {};
   if (is_off) {
@@ -87,22 +103,24 @@ Expected<void> Machine::check_homing(const Report& report) {
                       "from where it was switched on",
                       "homing switched on, or [machine] homing = \"none\""));
   }
-  if (report.is_homed == false) {
+  std::optional<bool> is_homed = awake.is_homed;
+  if (facts_.firmware == Firmware::GrblHal) {
+    PANELCAL_TRY(is_homed, stated_homing());
+    if (!is_homed) {
+      return failure(
+          talk_.problem("the control does not say whether the machine is homed",
+                        "a report with H:1 as the answer to 0x87, or [machine] homing = \"none\""));
+    }
+  }
+  if (is_homed == false) {
     return failure(talk_.problem("the machine is not homed", "$H at its console first"));
   }
   return {};
 }
 
 Expected<void> Machine::check_facts(const Report& awake) {
-  Report report = awake;
   const bool is_grblhal = facts_.firmware == Firmware::GrblHal;
-  if (is_grblhal) {
-    PANELCAL_CHECK(talk_.send_now(kFullReport));
-    // Its answer, or that of the question behind it.
-    PANELCAL_TRY(const auto full, talk_.hear(talk_.patience().answer));
-    if (full && full->kind == Talk::Heard::Kind::Report) report = full->report;
-  }
-  PANELCAL_CHECK(check_homing(report));
+  PANELCAL_CHECK(check_homing(awake));
   PANELCAL_CHECK(check_modes(false));
   constexpr int kPinsInReport = 16;
   const auto reported = facts_.setting(10);
@@ -119,7 +137,18 @@ Expected<void> Machine::check_facts(const Report& awake) {
         talk_.problem(fmt::format("no ${} or ${} in the answer to \"$$\"", 100 + axis, 110 + axis),
                       "steps per mm and the maximum rate of each axis"));
   }
-  return place_of(report).map([](const auto&) {});
+  return check_coordinates(awake);
+}
+
+Expected<void> Machine::check_coordinates(const Report& awake) {
+  PANELCAL_TRY(const Eigen::Vector3d at_mm, place_of(awake));
+  // A control that has kept its coordinates may greet as well, but not from zero.
+  const bool is_reset = talk_.has_greeted() && (at_mm.array() == 0).all();
+  if (setting_.homing != Homing::None || !is_reset) return {};
+  return failure(talk_.problem(
+      "the control was reset when its connection was opened: its coordinates count from where it "
+      "stands now, so that Z may be low and no zero or alignment holds",
+      "Z lifted and the zeros set anew at its console, then the command again"));
 }
 
 std::string Machine::words() const {

@@ -41,7 +41,9 @@ class Machine {
   Expected<void> home();
   Expected<void> read_facts();
   Expected<void> check_facts(const Report& report);
-  Expected<void> check_homing(const Report& report);
+  Expected<void> check_homing(const Report& awake);
+  Expected<std::optional<bool>> stated_homing();
+  Expected<void> check_coordinates(const Report& awake);
   Expected<void> check_modes(bool is_to_probe);
   Expected<void> read_modes();
 

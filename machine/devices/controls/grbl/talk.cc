@@ -99,20 +99,23 @@ Expected<Report> Talk::wake() {
     PANELCAL_CHECK(link_->send("?"));
     for (const Deadline next(kAskAgain); !is_awake && !next.is_over() && !deadline.is_over();) {
       PANELCAL_TRY(const auto line, link_->line(next.left()));
+      has_greeted_ = has_greeted_ || (line && is_banner(*line));
       is_awake = line && parse_report(*line);
     }
   }
-  // Ends a line that another program has left half written; its answer is the end of the old talk.
-  PANELCAL_CHECK(link_->send("\n"));
+  // Ends a line that another program has left half written, and makes it one that is not carried
+  // out; alone it asks for help. Its answer is the end of the old talk.
+  PANELCAL_CHECK(link_->send("$\n"));
   bool has_answered = false;
   for (const Deadline silence(patience_.answer); !silence.is_over();) {
     PANELCAL_TRY(const auto line, link_->line(has_answered ? patience_.quiet : silence.left()));
     if (!line && has_answered) return report();
+    has_greeted_ = has_greeted_ || (line && is_banner(*line));
     has_answered = has_answered || (line && (*line == "ok" || line->starts_with("error:")));
   }
   return failure(has_answered
                      ? problem("the control does not stop talking", "no other program that uses it")
-                     : problem("no answer to an empty line", "\"ok\""));
+                     : problem("no answer to \"$\"", "\"ok\" or \"error:N\""));
 }
 
 Expected<void> Talk::send(const std::string& line) {

@@ -63,6 +63,9 @@ class Talk {
   Expected<void> reset();
   /// The next report, asked for; absent: no answer within the time.
   Expected<std::optional<Report>> last_report(Time within);
+  /// The control has greeted when it was woken, as after a reset by the opening of its serial
+  /// device; some greet each new connection too.
+  bool has_greeted() const { return has_greeted_; }
   /// The last order is not answered: the control may not have begun with it.
   bool is_unanswered() const { return is_unanswered_; }
 
@@ -79,6 +82,7 @@ class Talk {
   Patience patience_;
   std::string order_;  ///< the one that is under way, or was last
   bool is_unanswered_ = false;
+  bool has_greeted_ = false;
   std::string message_;  ///< of the last [MSG:...]
 };
 

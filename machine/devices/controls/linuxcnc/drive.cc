@@ -70,11 +70,11 @@ Expected<bool> LinuxCncDrive::is_on(const char* subject, const char* word) {
   return answer == word;
 }
 
-Expected<void> LinuxCncDrive::connect() {
+Expected<void> LinuxCncDrive::connect(bool heeds_signals) {
   if (session_ && !session_->is_broken()) return {};
   // linuxcncrsh may be told to serve one connection only.
   session_.reset();
-  PANELCAL_TRY(session_, LinuxCncSession::open(setting_));
+  PANELCAL_TRY(session_, LinuxCncSession::open(setting_, heeds_signals));
   PANELCAL_TRY(const std::string units, session_->get("user_linear_units"));
   if (units != "MM" && units != "INCH") {
     return failure(
@@ -380,7 +380,7 @@ Expected<T> LinuxCncDrive::guarded(const std::function<Expected<T>()>& moves) {
 }
 
 Expected<bool> LinuxCncDrive::stands_after_abort() {
-  PANELCAL_CHECK(connect());
+  PANELCAL_CHECK(connect(false));
   session_->ignore_signals();
   PANELCAL_CHECK(session_->set("abort"));
   const auto until = DriveClock::now() + kLongestStop;

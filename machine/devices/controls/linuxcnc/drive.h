@@ -47,7 +47,7 @@ class LinuxCncDrive {
 
   template <class T>
   Expected<T> guarded(const std::function<Expected<T>()>& moves);
-  Expected<void> connect();
+  Expected<void> connect(bool heeds_signals = true);
   Expected<void> check_switched_on();
   Expected<void> check_homed();
   Expected<void> check_modes();

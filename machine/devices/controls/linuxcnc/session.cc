@@ -48,12 +48,15 @@ LinuxCncSession::LinuxCncSession(std::unique_ptr<LineLink> link)
     : link_(std::move(link)), longest_answer_(kLongestGreeting) {
 }
 
-Expected<std::unique_ptr<LinuxCncSession>> LinuxCncSession::open(const ControlSetting& setting) {
+Expected<std::unique_ptr<LinuxCncSession>> LinuxCncSession::open(const ControlSetting& setting,
+                                                                 bool heeds_signals) {
   PANELCAL_TRY(std::unique_ptr<LineLink> link,
                LineLink::tcp(setting.host.empty() ? "127.0.0.1" : setting.host,
                              setting.port == 0 ? kUsualPort : setting.port,
-                             kLongestConnect));
+                             kLongestConnect,
+                             heeds_signals));
   std::unique_ptr<LinuxCncSession> session(new LinuxCncSession(std::move(link)));
+  session->heeds_signals_ = heeds_signals;
   PANELCAL_CHECK(session->greet(setting));
   return session;
 }

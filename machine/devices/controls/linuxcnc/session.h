@@ -22,9 +22,11 @@ class LinuxCncSession {
  public:
   /// Says hello and takes the right to control from the client that has it; nothing moves.
   ///
+  /// In     heeds_signals: false from the first byte on, as after ignore_signals
   /// Fails  device-stage (no connection, wrong password, other answers than linuxcncrsh gives);
   ///        interrupted
-  static Expected<std::unique_ptr<LinuxCncSession>> open(const ControlSetting& setting);
+  static Expected<std::unique_ptr<LinuxCncSession>> open(const ControlSetting& setting,
+                                                         bool heeds_signals = true);
 
   /// The answer to `get SUBJECT`, behind the subject.
   ///

@@ -30,7 +30,8 @@ std::optional<double> word(const std::string& line, char letter) {
 
 }  // namespace
 
-FakeGrbl::FakeGrbl(Setting setting) : setting_(std::move(setting)), at_mm_(setting_.at_mm) {
+FakeGrbl::FakeGrbl(Setting setting)
+    : setting_(std::move(setting)), line_(setting_.half_line), at_mm_(setting_.at_mm) {
   listener_ = internal::FileDescriptor(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
   sockaddr_in address{};
   address.sin_family = AF_INET;
@@ -65,7 +66,7 @@ void FakeGrbl::serve() {
       peer_ = internal::FileDescriptor(accept(listener_.get(), nullptr, nullptr));
       const int on = 1;
       setsockopt(peer_.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-      say("\r\nGrbl 1.1h ['$' for help]");
+      if (setting_.greets) say("\r\nGrbl 1.1h ['$' for help]");
     }
     if (waiting[2].revents == 0) continue;
     std::array<char, 256> bytes{};
@@ -187,7 +188,8 @@ void FakeGrbl::take(char byte) {
       stop_move();
       return;
     case '\x87':
-      return report();
+      report();
+      return report(setting_.full_extra);
     case '\n':
       take_line(std::exchange(line_, {}));
       return;
@@ -211,8 +213,11 @@ std::string FakeGrbl::settings() const {
 }
 
 void FakeGrbl::take_line(const std::string& line) {
-  if (!line.empty()) received_.push_back(line);
+  if (!line.empty() && line != "$") received_.push_back(line);
   if (is_struck()) return;
+  // It begins a line of the control's own; elsewhere it makes any line invalid.
+  if (line != "$$" && line.find('$', 1) != std::string::npos) return say("error:1");
+  if (line == "$") say("[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]");
   if (line == "$I") say(setting_.identity);
   if (line == "$$") say(settings());
   if (line == "$#") say(setting_.offsets);
@@ -259,7 +264,7 @@ std::string FakeGrbl::place(std::array<double, 3> mm) const {
       "{:.{}f},{:.{}f},{:.{}f}", mm[0] / unit, digits, mm[1] / unit, digits, mm[2] / unit, digits);
 }
 
-void FakeGrbl::report() {
+void FakeGrbl::report(std::string_view extra) {
   advance();
   std::string state = setting_.state;
   if (move_) state = move_->is_jog ? "Jog" : "Run";
@@ -271,7 +276,7 @@ void FakeGrbl::report() {
       fmt::format("<{}|{}:{}|FS:0,0", state, setting_.work_only ? "WPos" : "MPos", place(shown));
   if (setting_.probe_is_tripped) text += "|Pn:P";
   if (++n_reports_ % 4 == 0) text += "|WCO:" + place(setting_.offset_mm);
-  say(text + setting_.extra + ">");
+  say(text + setting_.extra + std::string(extra) + ">");
 }
 
 std::vector<std::string> FakeGrbl::received() const {

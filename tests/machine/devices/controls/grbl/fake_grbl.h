@@ -28,9 +28,12 @@ class FakeGrbl {
     std::string modes = "G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0";
     std::string offsets = "[G54:0.000,0.000,0.000]\r\n[G92:0.000,0.000,0.000]\r\n[TLO:0.000]\r\n";
     std::string extra;       ///< of each report, such as "|H:0"
+    std::string full_extra;  ///< of the answer to 0x87, which comes behind a report without it
+    std::string half_line;   ///< what another program has left behind
     bool inches = false;     ///< $13
     bool work_only = false;  ///< $10=0: WPos, and WCO in each fourth report
     bool homing = true;      ///< $22
+    bool greets = true;      ///< each connection
     double travel_mm = 200;
     std::array<double, 3> offset_mm{};  ///< of work zero
     std::array<double, 3> at_mm{-100, -100, -1};
@@ -49,7 +52,7 @@ class FakeGrbl {
   ~FakeGrbl();
 
   int port() const { return port_; }
-  /// All lines and single bytes that came, `?` left out.
+  /// All lines and single bytes that came, `?` and the line `$` left out.
   std::vector<std::string> received() const;
   int n_messages() const { return n_messages_; }
   /// The place that a move, if there is one, ends at if it is not stopped.
@@ -78,7 +81,7 @@ class FakeGrbl {
   void jog(const std::string& words);
   void probe(const std::string& words);
   void say(std::string_view line);
-  void report();
+  void report(std::string_view extra = {});
   std::string settings() const;
   std::string place(std::array<double, 3> mm) const;
 

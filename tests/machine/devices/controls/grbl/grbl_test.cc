@@ -2,6 +2,7 @@
 #include "machine/devices/controls/grbl/grbl.h"
 
 #include <algorithm>
+#include <array>
 #include <csignal>
 #include <string>
 #include <string_view>
@@ -113,6 +114,16 @@ TEST(Grbl, NamesTheOffsetsThatDoNotMatter) {
               HasSubstr("G55, G92, tool length not used: moves are in machine coordinates"));
 }
 
+TEST(Grbl, DoesNotCarryOutALineThatAnotherProgramHasLeftHalfWritten) {
+  for (const std::string half : {"$J=G53G21G90X-50.0000F500.0", "$H", "G21G91G94G38.2Z-1F10"}) {
+    FakeGrbl control({.half_line = half});
+    const auto machine = open(control);
+    ASSERT_TRUE(machine) << machine.error().text();
+    EXPECT_EQ(control.received().front(), half + "$");
+    EXPECT_EQ(control.end_mm(), (std::array<double, 3>{-100, -100, -1}));
+  }
+}
+
 TEST(Grbl, RefusesAStateInWhichNothingMayMove) {
   for (const auto& [state, words] : {std::pair("Alarm", "locked by an alarm"),
                                      std::pair("Hold:0", "in feed hold"),
@@ -140,8 +151,42 @@ TEST(Grbl, RefusesAMachineWithoutHomeUnlessTheMachineFileKnows) {
   const auto machine = open(other, setting(Homing::None));
   ASSERT_TRUE(machine) << machine.error().text();
   EXPECT_THAT(machine->words(), HasSubstr("not homed"));
-  FakeGrbl hal({.identity = "[VER:1.1f.20260817:]\r\n[FIRMWARE:grblHAL]\r\n", .extra = "|H:0"});
-  EXPECT_THAT(open(hal), FailsWith(Code::DeviceStage, "not homed"));
+}
+
+TEST(Grbl, RefusesCoordinatesThatOpeningHasSetToZero) {
+  FakeGrbl reset({.homing = false, .at_mm = {0, 0, 0}});
+  EXPECT_THAT(open(reset, setting(Homing::None)),
+              FailsWith(Code::DeviceStage, "was reset when its connection was opened"));
+  EXPECT_THAT(moves(reset), ElementsAre());
+  FakeGrbl again({.homing = false, .greets = false, .at_mm = {0, 0, 0}});
+  EXPECT_TRUE(open(again, setting(Homing::None))) << "its serial device was open before";
+  FakeGrbl kept({.homing = false, .at_mm = {0, 0, -0.004}});
+  EXPECT_TRUE(open(kept, setting(Homing::None))) << "a greeting without a reset";
+  FakeGrbl homed({.at_mm = {0, 0, 0}});
+  EXPECT_TRUE(open(homed)) << "a reset would have locked it";
+}
+
+TEST(Grbl, WaitsForGrblHalToSayThatItIsHomed) {
+  const std::string identity = "[VER:1.1f.20260817:]\r\n[FIRMWARE:grblHAL]\r\n";
+  const auto stated = [](Homing homing) {
+    ControlSetting out = setting(homing);
+    out.probe.reset();
+    return out;
+  };
+  FakeGrbl homed({.identity = identity, .full_extra = "|H:1"});
+  EXPECT_TRUE(open(homed, stated(Homing::Required)));
+  for (const auto& [extra, full_extra] : {std::pair("", "|H:0"), std::pair("|H:0", "")}) {
+    FakeGrbl other({.identity = identity, .extra = extra, .full_extra = full_extra});
+    EXPECT_THAT(open(other, stated(Homing::Required)),
+                FailsWith(Code::DeviceStage, "the machine is not homed"));
+  }
+  grbl::Talk::Patience patience = kPatience;
+  patience.answer = seconds(0.2);
+  FakeGrbl silent({.identity = identity});
+  EXPECT_THAT(open(silent, stated(Homing::Required), patience),
+              FailsWith(Code::DeviceStage, "does not say whether the machine is homed"));
+  FakeGrbl unhomed({.identity = identity});
+  EXPECT_TRUE(open(unhomed, stated(Homing::None)));
 }
 
 TEST(Grbl, RefusesModesThatScaleOrTurnMoves) {

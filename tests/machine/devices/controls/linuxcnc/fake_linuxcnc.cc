@@ -107,7 +107,10 @@ bool FakeLinuxCnc::answer(Client& client, const std::string& line) {
   const std::lock_guard lock(mutex_);
   const bool is_struck = n_requests_++ == setting_.fault_at ||
                          (setting_.fault_in_move != 0 && n_moves_ == setting_.fault_in_move);
-  if (is_struck) setting_.fault_in_move = 0;
+  if (is_struck) {
+    setting_.fault_in_move = 0;
+    setting_.at_fault();
+  }
   const CncFault fault = is_struck ? setting_.fault : CncFault::None;
   strike(fault);
   if (fault == CncFault::Gone) listener_.close();

@@ -51,6 +51,7 @@ class FakeLinuxCnc {
     int fault_at = -1;      ///< the number of the request, from 0
     int fault_in_move = 0;  ///< the number of the move, from 1, at whose first request after it
     CncFault fault = CncFault::None;
+    std::function<void()> at_fault = [] {};  ///< called just before it
   };
 
   explicit FakeLinuxCnc(Setting setting);

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "machine/devices/controls/linuxcnc/linuxcnc.h"
 
+#include <csignal>
+#include <cstdlib>
 #include <string>
 
+#include "calib/base/interruption.h"
 #include "machine/config/machine_config.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "tests/machine/devices/controls/linuxcnc/fault_series.h"
 #include "tests/support/matchers.h"
@@ -174,6 +178,25 @@ TEST(LinuxCnc, SaysSoIfItCannotStopTheMachine) {
   const auto gone = test::run_with_fault(CncFault::Gone, -1, 2);
   EXPECT_THAT(gone.text, HasSubstr("could not be stopped"));
   EXPECT_THAT(gone.text, HasSubstr("stopped by hand"));
+}
+
+// Exit code 0: the machine is stopped although the signal is still there when the new connection
+// is made.
+void stop_over_a_new_connection() {
+  heed_interruptions();
+  FakeLinuxCnc fake(
+      {.fault_in_move = 1, .fault = CncFault::Close, .at_fault = [] { kill(getpid(), SIGTERM); }});
+  const auto control = internal::open_linuxcnc(config_of(fake));
+  if (!control) std::_Exit(2);
+  const auto moved = control->stage->move_to(position_mm<frame::Machine>(140, 90));
+  if (moved) std::_Exit(3);
+  if (interruption() != SIGTERM) std::_Exit(4);
+  if (moved.error().text().find("; the machine stands") == std::string::npos) std::_Exit(5);
+  std::_Exit(fake.moves() ? 6 : 0);
+}
+
+TEST(LinuxCncDeathTest, ASignalDoesNotKeepItFromStoppingOverANewConnection) {
+  EXPECT_EXIT(stop_over_a_new_connection(), ::testing::ExitedWithCode(0), "");
 }
 
 /// Faults that are noticed at once, in the second move and in the probing one; the slow series has
