@@ -105,11 +105,12 @@ package(development libpanelcal-dev "panelcal as a C++ library"
 if(TARGET panelcal_python)
   # Where Debian's Python looks for what packages bring, in whatever version.
   set(PANELCAL_PYTHON_FROM "${PANELCAL_PYTHON_DIR}")
+  math(EXPR panelcal_next_python "${Python_VERSION_MINOR} + 1")
   configure_file(cmake/debian_python.cmake.in debian_python.cmake @ONLY)
   set(CPACK_PRE_BUILD_SCRIPTS "${PROJECT_BINARY_DIR}/debian_python.cmake")
   package(python python3-panelcal "panelcal as a Python module"
     SECTION python
-    DEPENDS "python3 (>= 3.11), python3 (<< 3.12), python3-numpy"
+    DEPENDS "python3 (>= 3.${Python_VERSION_MINOR}), python3 (<< 3.${panelcal_next_python}), python3-numpy"
     DESCRIPTION
     "Fiducials located in numpy arrays, part programs read, jobs corrected,"
     "panels and surfaces fitted, machines calibrated: the code of panelcal's"

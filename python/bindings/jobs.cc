@@ -24,6 +24,7 @@
 #include "python/bindings/convert.h"
 #include "python/bindings/programs.h"
 #include "surface/map/file.h"
+#include "tools/cli/output_paths.h"
 #include "tools/cli/provenance.h"
 #include "vision/suggest/common_scale.h"
 #include <pybind11/stl.h>
@@ -75,6 +76,7 @@ class Correction {
     if (options_.resolution_um) job_.resolution = um(*options_.resolution_um);
     if (!options_.truth.empty()) job_.truth = value_of(read_truth_json(options_.truth));
     read_surface();
+    check_output_file(program);
     open_output();
   }
 
@@ -117,6 +119,23 @@ class Correction {
     StoredZones stored = value_of(read_zoned_map_file(options_.surface));
     job_.surface = std::make_shared<const ZonedMap>(std::move(stored.map));
     job_.surface_axis = stored.z_axis;
+  }
+
+  /// No output may replace what the job reads, as on the command line.
+  void check_output_file(const ProgramSource& program) const {
+    if (options_.output.empty()) return;
+    Options called;
+    called.command_name = kCorrect;
+    called.files = {{FileUse::Read, program.text ? "" : program.name, "the program"},
+                    {FileUse::Machine, machine_.file.string(), ""},
+                    {FileUse::Pictures, options_.images, "the pictures of images"},
+                    {FileUse::Read, options_.measurements, "the file of measurements"},
+                    {FileUse::Read, options_.probes, "the file of probes"},
+                    {FileUse::Read, options_.surface, "the file of surface"},
+                    {FileUse::Read, options_.truth, "the file of truth"}};
+    FileRegister files = files_in_use(called);
+    add_pattern_files(job_.program, files);
+    value_of(check_output(called, files, options_.output));
   }
 
   void open_output() {

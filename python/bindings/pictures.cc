@@ -44,14 +44,15 @@ struct PixelType {
   std::optional<double> full_scale = {};  ///< absent: floating point says nothing of it
 };
 
+/// By value: a type that came through pickle is another object.
 PixelType pixel_type(const py::dtype& type) {
-  if (type.is(py::dtype::of<std::uint8_t>()))
+  if (type.equal(py::dtype::of<std::uint8_t>()))
     return {copy_pixels<std::uint8_t>, Image::kFullScale8};
-  if (type.is(py::dtype::of<std::uint16_t>())) {
+  if (type.equal(py::dtype::of<std::uint16_t>())) {
     return {copy_pixels<std::uint16_t>, Image::kFullScale16};
   }
-  if (type.is(py::dtype::of<float>())) return {copy_pixels<float>};
-  if (type.is(py::dtype::of<double>())) return {copy_pixels<double>};
+  if (type.equal(py::dtype::of<float>())) return {copy_pixels<float>};
+  if (type.equal(py::dtype::of<double>())) return {copy_pixels<double>};
   return {};
 }
 

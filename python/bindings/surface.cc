@@ -7,6 +7,7 @@
 
 #include "calib/base/files/atomic_file.h"
 #include "calib/base/files/digest.h"
+#include "machine/files/file_register.h"
 #include "python/bindings/convert.h"
 #include "surface/files/probe_file.h"
 #include "surface/fit/shape.h"
@@ -77,6 +78,20 @@ std::shared_ptr<StoredZones> fit(Probes probes, const std::string& model, double
                                                    std::move(probes.sources),
                                                    std::string("panelcal ") + kVersion,
                                                    probes.z_axis});
+}
+
+/// A map must not replace the probes that it was made of.
+void check_no_source(const StoredZones& self, const Path& file) {
+  FileRegister files;
+  for (const MapSource& source : self.sources) {
+    if (!source.file.empty()) files.add(source.file, "a file of probes");
+  }
+  const auto use = files.use_of(file);
+  if (!use) return;
+  raise({Code::OutputInUse,
+         {"panelcal.Surface.save", 0, 0},
+         fmt::format("{} is {}", quoted(file.string()), *use),
+         "a file of its own for each output"});
 }
 
 py::dict query(const StoredZones& self, const Doubles& places_mm) {
@@ -158,11 +173,13 @@ dict
       .def(
           "save",
           [](const StoredZones& self, const Path& file) {
+            check_no_source(self, file);
             value_of(write_file(file, map_file_text(self)));
           },
           py::arg("file"),
           py::call_guard<py::gil_scoped_release>(),
-          "Writes the map whole or not at all; `panelcal run --surface` reads it.")
+          "Writes the map whole or not at all, and not over the probes that it was made of; "
+          "`panelcal run --surface` reads it.")
       .def("__repr__", [](const StoredZones& self) {
         return "<panelcal.Surface of " + std::to_string(self.points.size()) +
                " probes: " + summary_of(self) + ">";

@@ -356,7 +356,8 @@ def correct(program: Program | Path, machine: Machine | Path,
     uncorrected : bool
         The program measures no target, and that is meant.
     output : path, optional
-        Gets the corrected program, whole or not at all; its extension tells the format.
+        Gets the corrected program, whole or not at all; its extension tells the format. It must not
+        be a file that the job reads (output-in-use).
     format : str, optional
         jsonl, csv, excellon, sieb-meyer, gcode or svg; without `output` `Job.program` has it.
     resolution_um : float, optional

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -89,6 +90,29 @@ def test_a_job_outside_of_its_limits_is_held_and_gives_no_places(demo, machine, 
     forced = panelcal.correct(demo / "panel.exc", machine, moved, force=True,
                               output=tmp_path / "out.drl")
     assert forced.verdict == "forced" and (tmp_path / "out.drl").exists()
+
+
+def test_no_output_replaces_what_the_job_reads(demo, job, tmp_path):
+    for name in ("panel.exc", "machine.toml", "camera.cal.json"):
+        shutil.copy(demo / name, tmp_path)
+    lines = "".join(json.dumps(row) + "\n" for row in job.measurements)
+    (tmp_path / "seen.jsonl").write_text(lines)
+    (tmp_path / "truth.json").write_bytes((demo / "images/truth.json").read_bytes())
+    (tmp_path / "link.drl").symlink_to("panel.exc")
+    kept = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    for name in (*kept, "../" + tmp_path.name + "/seen.jsonl"):
+        with pytest.raises(panelcal.Error) as error:
+            panelcal.correct(tmp_path / "panel.exc", tmp_path / "machine.toml",
+                             tmp_path / "seen.jsonl", truth=tmp_path / "truth.json",
+                             output=tmp_path / name, format="excellon")
+        assert (error.value.code, error.value.file) == ("output-in-use", "panelcal.correct"), name
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == kept
+    with pytest.raises(panelcal.Error) as error:
+        panelcal.correct(demo / "panel.exc", demo / "machine.toml", images=demo / "images",
+                         output=demo / "images/new.drl")
+    assert error.value.code == "output-in-use"
+    assert panelcal.correct(tmp_path / "panel.exc", tmp_path / "machine.toml",
+                            tmp_path / "seen.jsonl", output=tmp_path / "new.drl").is_written
 
 
 def test_what_keeps_a_job_from_being_measured_is_raised(demo, machine, job):

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 import json
+import pickle
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -32,6 +33,13 @@ def test_an_image_and_arrays_of_any_type_give_the_same(demo, machine):
     for pixels in (levels, levels.astype(np.float64)):
         found = panelcal.locate(pixels, 1, machine, full_scale=255)
         assert panelcal.located_row(found) == row
+
+
+def test_arrays_that_came_through_pickle_are_as_good():
+    for dtype, full_scale in ((np.uint8, None), (np.uint16, None), (np.float32, 255),
+                              (np.float64, 255)):
+        pixels = pickle.loads(pickle.dumps(np.full((2, 3), 7, dtype)))
+        assert np.asarray(panelcal.Image(pixels, full_scale)).tolist() == [[7, 7, 7], [7, 7, 7]]
 
 
 def test_pixels_are_a_view_of_the_image():

@@ -21,6 +21,11 @@ def test_a_map_of_a_file_is_that_of_the_command_line(tmp_path):
     run_panelcal("surface", "fit", log, "-o", tmp_path / "map.json")
     surface = panelcal.fit_surface(log)
     assert surface.text == (tmp_path / "map.json").read_text()
+    text = log.read_bytes()
+    with pytest.raises(panelcal.Error) as error:
+        surface.save(tmp_path / "." / "probes.txt")
+    assert (error.value.code, error.value.file) == ("output-in-use", "panelcal.Surface.save")
+    assert log.read_bytes() == text
     asked = np.array([[12.5, 33.25], [50, 40], [101, 20], [300, 0]])
     run_panelcal("surface", "query", tmp_path / "map.json", *(f"{x},{y}" for x, y in asked),
                  "--json", tmp_path / "query.json", check=False)

@@ -260,6 +260,45 @@ class Batch(unittest.TestCase):
         self.call_in(folder, "batch", "good.csv", "-o", "out")
         self.assertTrue((folder / "elsewhere/a.csv").read_text().startswith("op,"))
 
+    def test_an_output_that_cannot_be_is_its_own_jobs_failure(self):
+        folder = self.folder()
+        (folder / "notes.txt").write_text("a file")
+        (folder / "taken.drl").mkdir()
+        outputs = {"beneath": "notes.txt/new/a.drl", "taken": "taken.drl", "long": "x" * 300 + ".drl",
+                   "good": "new/a.drl"}
+        if os.geteuid() != 0:
+            (folder / "closed").mkdir(mode=0o500)
+            outputs["closed"] = "closed/a.drl"
+        rows = [f"{name},panel.exc,machine.toml,good.jsonl,{output}\n" for name, output in outputs.items()]
+        (folder / "places.csv").write_text("id,program,machine,measurements,output\n" + "".join(rows))
+        self.call_in(folder, "batch", "places.csv", "-o", "out", expect=3)
+        for row in stored(folder / "out")["job"]:
+            expected = ("drilled", 0, None) if row[1] == "good" else ("failed", 3, "device-write")
+            self.assertEqual((row[2], row[3], row[-3]), expected, row)
+        self.assertTrue((folder / "new/a.drl").exists())
+        self.assertEqual((folder / "notes.txt").read_text(), "a file")
+        done = self.call_in(folder, "batch", "places.csv", "-o", "out", "--resume", expect=3)
+        self.assertIn("; 0 now in", done.stderr)
+
+    def test_a_job_that_fails_when_done_again_leaves_no_earlier_results(self):
+        folder = self.folder()
+        (folder / "one.csv").write_text("id,program,machine,measurements\na,panel.exc,machine.toml,good.jsonl\n")
+        self.call_in(folder, "batch", "one.csv", "-o", "out")
+        results = folder / "out/jobs/a"
+        self.assertEqual({path.name for path in results.iterdir()}, {"corrected.drl", "facts.json"})
+        # As a program in the other language, and a kill between files and rows, would have left it.
+        (results / "corrected.s5").write_text("old")
+        (results / "notes.txt").write_text("a person's")
+        with sqlite3.connect(folder / "out/store.sqlite") as store:
+            store.execute("DELETE FROM job")
+        store.close()
+        (folder / "machine.toml").unlink()
+        (folder / "machine.toml").write_text("no machine")
+        self.call_in(folder, "batch", "one.csv", "-o", "out", "--resume", expect=2)
+        rows = stored(folder / "out")
+        self.assertEqual((rows["job"][0][2], rows["target"], rows["fit"], rows["hole_summary"]), ("failed", [], [], []))
+        self.assertEqual([path.name for path in results.iterdir()], ["notes.txt"])
+
     def test_a_full_disk_ends_the_batch_and_it_goes_on(self):
         folder = self.folder()
         done = self.batch(folder, expect=3, preexec_fn=small_files_only)

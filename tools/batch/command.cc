@@ -84,9 +84,8 @@ class BatchRun {
         manifest_, options_.output, options_.facts.json, !options_.format.empty());
   }
 
-  /// A batch is begun where there is none, and gone on with where the same one is.
-  Expected<void> open_results() {
-    const std::filesystem::path file = std::filesystem::path(options_.output) / Store::kFileName;
+  /// Tells whether a batch was begun there, and refuses where that is not what the options want.
+  Expected<bool> has_store(const std::filesystem::path& file) const {
     const bool goes_on = options_.resume || !options_.only.empty();
     std::error_code ignored;
     const bool is_there = std::filesystem::exists(file, ignored);
@@ -101,8 +100,18 @@ class BatchRun {
           "--only " + options_.only + " without results in " + quoted(options_.output),
           "a batch that was run before"));
     }
+    return is_there;
+  }
+
+  /// A batch is begun where there is none, and gone on with where the same one is.
+  Expected<void> open_results() {
+    const std::filesystem::path file = std::filesystem::path(options_.output) / Store::kFileName;
+    // A refusal leaves no folder behind.
+    PANELCAL_CHECK(has_store(file));
     PANELCAL_TRY(ResultFolder results, ResultFolder::open(options_.output));
     results_.emplace(std::move(results));
+    // Until the lock was had, another batch may have begun and ended.
+    PANELCAL_TRY(const bool is_there, has_store(file));
     const std::chrono::sys_seconds now = system_clock()();
     PANELCAL_TRY(const std::string time, wall_time(options_.clock, now, kCommandName));
     StoredBatch wanted{kVersion,

@@ -185,8 +185,8 @@ Expected<Lens> yaml_lens(std::string_view text, const std::string& file) {
 Expected<Lens> mrcal_lens(std::string_view text, const std::string& file) {
   PANELCAL_TRY(LensFields fields, read_mrcal_fields(text, file));
   const LensKeys keys(std::move(fields), file);
-  constexpr std::array<std::string_view, 2> kModel = {"lensmodel", "distortion_model"};
-  constexpr std::array<std::string_view, 1> kIntrinsics = {"intrinsics"}, kSize = {"imagersize"};
+  constexpr std::array<std::string_view, 1> kModel = {"lensmodel"}, kIntrinsics = {"intrinsics"},
+                                            kSize = {"imagersize"};
   PANELCAL_TRY(const LensField* const model, keys.require(kModel));
   PANELCAL_TRY(const LensField* const intrinsics, keys.require(kIntrinsics));
   PANELCAL_TRY(const LensField* const size, keys.require(kSize));

@@ -311,12 +311,4 @@ Expected<Json> batch_facts(Store& store) {
   return facts;
 }
 
-std::vector<WorstTarget> worst_of(const Json& facts) {
-  std::vector<WorstTarget> out;
-  for (const Json& one : facts["worst"]) {
-    out.push_back({one["job"].get<std::int64_t>(), one["seq"].get<std::int64_t>()});
-  }
-  return out;
-}
-
 }  // namespace panelcal::batch

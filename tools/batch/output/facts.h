@@ -2,18 +2,11 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include "calib/base/json/facts.h"
 #include "tools/batch/store/store.h"
 
 namespace panelcal::batch {
-
-/// A target that a report shows, by where the store has it.
-struct WorstTarget {
-  std::int64_t job = 0;
-  std::int64_t seq = 0;
-};
 
 /// The facts of a batch, as share/schema/batch.schema.json describes them: how many jobs were
 /// drilled, held and failed and why, what was found, errors against truth beside what their
@@ -24,9 +17,6 @@ struct WorstTarget {
 /// Cost   O(targets), in memory that does not grow with them
 /// See    tests/tools/batch_test.py
 Expected<facts::Json> batch_facts(Store& store);
-
-/// The targets of `worst` in those facts, in their order.
-std::vector<WorstTarget> worst_of(const facts::Json& facts);
 
 /// The same facts in words, for a terminal.
 std::string batch_text(const facts::Json& facts);

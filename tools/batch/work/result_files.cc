@@ -73,6 +73,7 @@ Expected<void> ResultFolder::publish(std::span<const PartFile> files) const {
     std::error_code error;
     if (file.target.empty()) {
       fs::remove(file.part, error);
+      if (error) return failure(not_done(file.part, "remove it", error.value()));
       continue;
     }
     const fs::path folder = file.target.parent_path();
@@ -87,6 +88,24 @@ Expected<void> ResultFolder::publish(std::span<const PartFile> files) const {
     }
   }
   return sync();
+}
+
+Expected<void> check_target(const fs::path& target) {
+  const auto refuse = [&](int error) {
+    return failure(not_done(target, "put it in place", error));
+  };
+  std::error_code error;
+  const fs::file_status there = fs::status(target, error);
+  if (there.type() == fs::file_type::none) return refuse(error.value());
+  if (fs::is_directory(there) || !target.has_filename()) return refuse(EISDIR);
+  // Folders that are missing are made.
+  fs::path folder = fs::absolute(target, error).parent_path();
+  while (!fs::exists(folder, error) && folder != folder.parent_path()) {
+    folder = folder.parent_path();
+  }
+  if (!fs::is_directory(folder, error)) return refuse(ENOTDIR);
+  if (::faccessat(AT_FDCWD, folder.c_str(), W_OK | X_OK, AT_EACCESS) != 0) return refuse(errno);
+  return {};
 }
 
 PartOutput::~PartOutput() {

@@ -53,6 +53,11 @@ class ResultFolder {
   internal::FileDescriptor lock_;
 };
 
+/// Checks that a file can get this name, as far as that is known before it is written.
+///
+/// Fails  device-write: a folder has the name, or none can be made or written to above it
+Expected<void> check_target(const std::filesystem::path& target);
+
 /// A job's output that goes to a part and stays there until the results are published.
 class PartOutput final : public JobOutput {
  public:

@@ -4,6 +4,7 @@
 #include <exception>
 #include <filesystem>
 #include <new>
+#include <system_error>
 #include <utility>
 
 #include "machine/files/file_register.h"
@@ -49,6 +50,9 @@ class BatchJob {
 
   /// Reads the program; the format and the output's name follow from it.
   Expected<void> prepare(const std::filesystem::path& results) {
+    // Also a job that fails at once knows where an earlier start has left files of it.
+    folder_ = job_folder(results, row_);
+    facts_file = (folder_ / "facts.json").string();
     PANELCAL_TRY(machine_, machines_.get(row_.machine));
     PANELCAL_TRY(job_, read_job(row_.program, machine_->config, terms_.now));
     if (!row_.truth.empty()) {
@@ -58,7 +62,7 @@ class BatchJob {
     job_.command = kBatchName;
     job_.compares_models = job_.finds_worst_place = true;
     job_.keeps_places = terms_.keeps_places;
-    choose_output(results);
+    choose_output();
     return check_own_files();
   }
 
@@ -104,6 +108,20 @@ class BatchJob {
 
   std::string machine_name() const { return machine_ ? machine_->config.name : ""; }
   const Truth* truth() const { return job_.truth ? &*job_.truth : nullptr; }
+  /// Every name that results of the job may have in its folder.
+  std::vector<std::string> own_files() const {
+    std::vector<std::string> out = {facts_file};
+    if (!row_.output.empty()) return out;
+    for (const OutputFormat format : {OutputFormat::Jsonl,
+                                      OutputFormat::Csv,
+                                      OutputFormat::Excellon,
+                                      OutputFormat::SiebMeyer,
+                                      OutputFormat::Gcode,
+                                      OutputFormat::Svg}) {
+      out.push_back(own_output(format));
+    }
+    return out;
+  }
   const std::string& clock() const { return row_.clock.empty() ? terms_.clock : row_.clock; }
 
   DiagnosticLog log;
@@ -111,9 +129,7 @@ class BatchJob {
   std::string facts_file;  ///< that of the document of facts
 
  private:
-  void choose_output(const std::filesystem::path& results) {
-    const std::filesystem::path folder = job_folder(results, row_);
-    facts_file = (folder / "facts.json").string();
+  void choose_output() {
     job_.format = terms_.format;
     if (!job_.format && !row_.output.empty()) {
       job_.format = output_format_of_extension(extension_of(row_.output));
@@ -122,10 +138,12 @@ class BatchJob {
       job_.format = job_.program.dialect == Dialect::SiebMeyer ? OutputFormat::SiebMeyer
                                                                : OutputFormat::Excellon;
     }
-    output = row_.output;
-    if (output.empty()) {
-      output = (folder / fmt::format("corrected{}", extension_of_format(*job_.format))).string();
-    }
+    output = row_.output.empty() ? own_output(*job_.format) : row_.output;
+  }
+
+  /// The corrected program's name where no column states one.
+  std::string own_output(OutputFormat format) const {
+    return (folder_ / fmt::format("corrected{}", extension_of_format(format))).string();
   }
 
   /// Files that only the program names: the manifest's own were held against outputs before.
@@ -177,11 +195,35 @@ class BatchJob {
   const ManifestJob& row_;
   const JobTerms& terms_;
   MachineCache& machines_;
+  std::filesystem::path folder_;  ///< of the job's results
   std::shared_ptr<const KnownMachine> machine_;
   Job job_;
   Provenance provenance_;
   CommonScale scale_;
 };
+
+/// The files of a job with results; of one that failed none, whatever it has written. What an
+/// earlier start has left in the job's folder is not this one's.
+std::vector<PartFile> files_of(const BatchJob& job,
+                               const JobResult* result,
+                               const PartOutput& output,
+                               const PartOutput& facts) {
+  std::vector<PartFile> files;
+  std::vector<std::string> old = job.own_files();
+  const auto put = [&](const PartOutput& part, const std::string& target, bool is_result) {
+    if (!part.is_committed()) return;
+    files.push_back({part.path(), is_result ? target : ""});
+    if (is_result) std::erase(old, target);
+  };
+  put(output, job.output, result != nullptr && result->is_committed);
+  put(facts, job.facts_file, result != nullptr);
+  for (const std::string& file : old) {
+    std::error_code ignored;
+    const std::filesystem::file_status there = std::filesystem::symlink_status(file, ignored);
+    if (there.type() != std::filesystem::file_type::not_found) files.push_back({file, {}});
+  }
+  return files;
+}
 
 }  // namespace
 
@@ -211,10 +253,16 @@ FinishedJob JobWorker::run(const ManifestJob& row) const {
   std::optional<JobResult> result;
   const auto fail = [&](Diagnostic problem) {
     result.reset();
+    for (const JobTable table : {JobTable::Target, JobTable::Fit, JobTable::HoleSummary}) {
+      outcome.of(table).clear();
+    }
     job.log.add(std::move(problem));
   };
   try {
-    if (Expected<void> ready = job.prepare(results_.path()); !ready) {
+    Expected<void> ready = job.prepare(results_.path());
+    // What fails when results are published ends the batch, and every one that goes on with it.
+    if (ready && !row.output.empty()) ready = check_target(row.output);
+    if (!ready) {
       fail(std::move(ready).error());
     } else if (auto measured = job.measure(&output, observer)) {
       result = *std::move(measured);
@@ -242,16 +290,7 @@ FinishedJob JobWorker::run(const ManifestJob& row) const {
   for (const PartOutput* part : {&output, &facts}) {
     if (part->problem()) done.broken = part->problem();
   }
-  // What an earlier start has left there is not this one's.
-  const auto put = [&](const PartOutput& part, const std::string& target, bool replaces) {
-    if (part.is_committed()) {
-      done.files.push_back({part.path(), target});
-    } else if (replaces && !target.empty()) {
-      done.files.push_back({target, {}});
-    }
-  };
-  put(output, job.output, row.output.empty());
-  put(facts, job.facts_file, true);
+  done.files = files_of(job, result ? &*result : nullptr, output, facts);
   return done;
 }
 

@@ -18,7 +18,7 @@ namespace panelcal::batch {
 /// Everything that all jobs of a batch share.
 struct JobTerms {
   std::string clock;                   ///< the time on the wall, but for jobs that state their own
-  std::chrono::sys_seconds now;        ///< of the first start of the batch
+  std::chrono::sys_seconds now;        ///< of this start of the batch
   std::optional<OutputFormat> format;  ///< of --to; absent: by the output's name, or the program's
   bool keeps_places = false;           ///< the facts list every place
 };
