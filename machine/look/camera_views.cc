@@ -63,6 +63,12 @@ Expected<void> CameraViews::set(const Settings& settings) {
   for (const auto& [setting, value] : settings) {
     if (setting == CameraSetting::Exposure && !usual_exposure_us_) {
       usual_exposure_us_ = camera_->value(setting);
+      if (!usual_exposure_us_) {
+        return failure({Code::NotSupported,
+                        {camera_->name(), 0, 0},
+                        "the camera does not tell its exposure, which could not be put back",
+                        ""});
+      }
     }
     set_.erase(setting);
     is_settled_ = false;

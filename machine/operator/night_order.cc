@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <optional>
 #include <system_error>
 #include <utility>
 
@@ -14,6 +15,7 @@
 #include "machine/nightly/record/night_lock.h"
 #include "machine/operator/orders.h"
 #include "machine/sources/device_set.h"
+#include "program/walk/probing.h"
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -75,6 +77,41 @@ class StoppedCamera final : public CameraDevice {
   const Desk& desk_;
 };
 
+/// The same of the stage: a movement that has begun ends.
+class StoppedStage final : public Stage {
+ public:
+  StoppedStage(Stage& stage, const Desk& desk) : stage_(stage), desk_(desk) {}
+
+  Expected<Position<frame::Machine>> move_to(const Position<frame::Machine>& spindle) override {
+    PANELCAL_CHECK(check_stop(desk_));
+    return stage_.move_to(spindle);
+  }
+  bool can_set(CameraSetting setting) const override { return stage_.can_set(setting); }
+  Expected<void> set(CameraSetting setting, double value) override {
+    return stage_.set(setting, value);
+  }
+
+ private:
+  Stage& stage_;
+  const Desk& desk_;
+};
+
+/// The same of the probe, which drives to its places itself.
+class StoppedProbe final : public ProbeSource {
+ public:
+  StoppedProbe(ProbeSource& probe, const Desk& desk) : probe_(probe), desk_(desk) {}
+
+  Expected<ProbeReading> probe(const ProbeRequest& request) override {
+    PANELCAL_CHECK(check_stop(desk_));
+    return probe_.probe(request);
+  }
+  Expected<void> finish() override { return probe_.finish(); }
+
+ private:
+  ProbeSource& probe_;
+  const Desk& desk_;
+};
+
 /// The same of the spindle.
 class StoppedSpindle final : public Spindle {
  public:
@@ -116,14 +153,17 @@ Expected<NightRecord> calibrate(const StationSettings& settings,
   const CalibrationDevices all = devices.devices();
   StoppedCamera camera(all.camera, desk);
   StoppedSpindle spindle(all.spindle, desk);
-  CalibrationDevices stopped = {all.stage,
+  StoppedStage stage(all.stage, desk);
+  std::optional<StoppedProbe> probe;
+  if (all.probe != nullptr) probe.emplace(*all.probe, desk);
+  CalibrationDevices stopped = {stage,
                                 spindle,
                                 camera,
                                 [&](Time time) { wait_unless_stopped(all, time, desk); },
                                 all.prompt,
                                 all.observer,
                                 all.now,
-                                all.probe,
+                                probe ? &*probe : nullptr,
                                 all.taken_by};
   return run_nightly({.config = config,
                       .nightly = nightly,

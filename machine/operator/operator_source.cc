@@ -350,7 +350,11 @@ void OperatorSource::note_settings(ScreenQuestion& question) const {
     question.why_not.emplace("lamp", "this source has no lamp to set");
   }
   if (eye_ == nullptr || !eye_->can_set(CameraSetting::Exposure)) {
-    question.why_not.emplace("exposure", "this camera's exposure is set by its address alone");
+    question.why_not.emplace("exposure",
+                             "this camera's exposure is automatic, or set by its address alone");
+  } else if (!question.exposure_us) {
+    question.why_not.emplace("exposure",
+                             "this camera does not tell its exposure, which could not be put back");
   }
 }
 

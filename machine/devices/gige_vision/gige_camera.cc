@@ -83,9 +83,15 @@ class GigeCamera final : public CameraDevice {
   bool is_gone_ = false;  ///< did not answer any more
 };
 
+/// Not while it is automatic: that could not be put back as it was.
 bool GigeCamera::can_set(CameraSetting setting) const {
-  return setting == CameraSetting::Exposure &&
-         arv_camera_is_exposure_time_available(camera_.get(), nullptr) != FALSE;
+  if (setting != CameraSetting::Exposure) return false;
+  ArvCamera* const camera = camera_.get();
+  if (arv_camera_is_exposure_time_available(camera, nullptr) == FALSE) return false;
+  if (arv_camera_is_exposure_auto_available(camera, nullptr) == FALSE) return true;
+  DeviceError error;
+  const ArvAuto automatic = arv_camera_get_exposure_time_auto(camera, error.out());
+  return !error && automatic == ARV_AUTO_OFF;
 }
 
 std::optional<double> GigeCamera::value(CameraSetting setting) const {

@@ -180,7 +180,7 @@ void run_instance(Walk& walk,
   const bool took_feed_outside = std::exchange(walk.takes_feed_from_before, false);
   walk.last_cycle.reset();
   if (!walk.is_inner_section()) {
-    walk.vision.begin_instance();
+    walk.vision.begin_instance(placement);
     walk.n_worked_before = walk.emitter.n_worked();
   }
   walk.cursor = section.pattern;

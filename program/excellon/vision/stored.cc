@@ -218,6 +218,7 @@ void VisionSession::end_section(int line) {
   }
   memory_.stop_recording();
   is_in_section_ = false;
+  is_at_left_out_board_ = false;
   measuring_.corrections().is_withheld = false;
   refuse_points_left(line, 1);
   rewind_line_ = 0;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace panelcal::excellon {
 namespace {
@@ -147,6 +148,37 @@ bool VisionSession::leaves_board_out(const OpenSeries& open, const TargetPlace& 
                              [this](std::size_t i) { return measuring_.is_of_left_out_board(i); });
 }
 
+/// A section knows a board by its place, or by a target that another one has as well.
+bool VisionSession::refuse_left_out_in_part(const SeriesResult& series) {
+  if (!series.is_left_out && left_out_.empty()) return false;
+  const auto shares_target = [&](const SeriesResult& other) {
+    return std::ranges::any_of(other.measurements, [&](std::size_t i) {
+      return std::ranges::any_of(series.measurements, [&](std::size_t k) {
+        constexpr double kRounding_mm = 1e-6;
+        const Eigen::Vector2d apart_mm = measuring_.measurement(i).request.nominal.in_mm() -
+                                         measuring_.measurement(k).request.nominal.in_mm();
+        return apart_mm.norm() < kRounding_mm;
+      });
+    });
+  };
+  for (std::size_t i = 0; is_in_section_ && i < n_series_before_; ++i) {
+    const SeriesResult& other = measuring_.series(i);
+    if (other.path.empty() || other.is_left_out == series.is_left_out) continue;
+    if (!is_same_place(other.placement, series.placement) && !shares_target(other)) continue;
+    reporter_.report(Code::CommandMisplaced,
+                     series.line,
+                     fmt::format("lines {} and {} both work board {}, and only one of them leaves "
+                                 "it out",
+                                 other.line,
+                                 series.line,
+                                 fmt::join(series.path, ".")),
+                     "a board that no other part of the program works");
+    measuring_.stop();
+    return true;
+  }
+  return false;
+}
+
 void VisionSession::complete(const TargetPlace& target) {
   const OpenSeries open = *std::exchange(open_, std::nullopt);
   SeriesResult series;
@@ -168,7 +200,10 @@ void VisionSession::complete(const TargetPlace& target) {
     series.is_left_out = leaves_board_out(open, target);
     points = series.is_left_out ? std::vector<FitPoint>() : points_of(open);
   } while (measuring_.reconsider(series, points));
+  if (refuse_left_out_in_part(series)) return;
+  if (series.is_left_out) left_out_.push_back(series.placement);
   const std::size_t i_series = measuring_.fit(std::move(series), points);
+  n_series_ = i_series + 1;
   memory_.store({i_series, open.n_wanted});
   measuring_.activate(i_series, target.line);
   end_replay_outside();
@@ -214,8 +249,11 @@ bool VisionSession::refuse_uncorrected(int line) {
   if (!is_uncorrected()) return false;
   reporter_.report(Code::CommandMisplaced,
                    line,
-                   "a coordinate behind the copy of a board that is left out",
-                   "a series (G36, G46), M52 or G47 before it");
+                   is_at_left_out_board_
+                       ? "a coordinate in a copy at the place of a board that is left out"
+                       : "a coordinate behind the copy of a board that is left out",
+                   is_at_left_out_board_ ? "a board that no other part of the program works"
+                                         : "a series (G36, G46), M52 or G47 before it");
   measuring_.stop();
   return true;
 }

@@ -87,9 +87,12 @@ class VisionSession {
   /// series, one fit for the board's and the copy's, which has both only if they are of the models
   /// that the manuals state.
   bool fits_otherwise(CorrectionLevel level, int n_targets) const;
-  void begin_instance() {
+  void begin_instance(const Placement& placement) {
     // A replay outside of sections that has used all points is over where a section begins.
     if (!is_in_section_ && has_advanced_ && memory_.points_left() == 0) rewind_line_ = 0;
+    if (!is_in_section_) n_series_before_ = n_series_;
+    is_at_left_out_board_ = std::ranges::any_of(
+        left_out_, [&](const Placement& board) { return is_same_place(board, placement); });
     is_in_section_ = true;
     has_advanced_ = false;
     measuring_.corrections().is_withheld = false;
@@ -134,10 +137,13 @@ class VisionSession {
   void complete(const TargetPlace& target);
   std::vector<FitPoint> points_of(const OpenSeries& open) const;
   bool leaves_board_out(const OpenSeries& open, const TargetPlace& target) const;
-  /// The correction that would be in force is of a board that was left out.
+  /// Reports a board that one section leaves out and another one works.
+  bool refuse_left_out_in_part(const SeriesResult& series);
+  /// The correction that would be in force is of a board that was left out, or the copy stands
+  /// where an earlier section has left one out.
   bool is_uncorrected() const {
     const CorrectionState& state = measuring_.corrections();
-    return state.unknown && !state.is_withheld;
+    return (state.unknown || is_at_left_out_board_) && !state.is_withheld;
   }
   bool refuse_uncorrected(int line);
   bool refuse_unfinished(int line, std::string_view command);
@@ -181,6 +187,10 @@ class VisionSession {
   CorrectionMemory memory_;
   int advance_line_ = 0;
   bool is_in_section_ = false;
+  std::size_t n_series_ = 0;           ///< of the survey, as far as the walk has come
+  std::size_t n_series_before_ = 0;    ///< and where the section began
+  std::vector<Placement> left_out_;    ///< of boards that are left out
+  bool is_at_left_out_board_ = false;  ///< an earlier copy at the place of this one was left out
   bool is_in_kept_pattern_ = false;
   bool awaits_pattern_ = false;           ///< M50 came, and no pattern that is kept
   int recorded_label_ = 0;                ///< of the last M50; structure kept

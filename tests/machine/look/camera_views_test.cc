@@ -2,6 +2,7 @@
 #include "machine/look/camera_views.h"
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,7 +26,8 @@ using Orders = std::vector<std::string>;
 
 class WrittenCamera final : public CameraDevice {
  public:
-  WrittenCamera(Orders& orders, bool has_lamp) : orders_(orders), has_lamp_(has_lamp) {}
+  WrittenCamera(Orders& orders, bool has_lamp, std::optional<double> exposure_us = 1500)
+      : orders_(orders), has_lamp_(has_lamp), exposure_us_(exposure_us) {}
   Expected<Image> take() override {
     orders_.emplace_back("take");
     return Image(4, 3, 255);
@@ -35,7 +37,7 @@ class WrittenCamera final : public CameraDevice {
     return setting == CameraSetting::Exposure || (has_lamp_ && setting == CameraSetting::Lamp);
   }
   std::optional<double> value(CameraSetting setting) const override {
-    return setting == CameraSetting::Exposure ? std::optional(exposure_us_) : std::nullopt;
+    return setting == CameraSetting::Exposure ? exposure_us_ : std::nullopt;
   }
   Expected<void> set(CameraSetting setting, double value) override {
     orders_.push_back(fmt::format("camera {} {}", panelcal::name(setting), value));
@@ -46,7 +48,7 @@ class WrittenCamera final : public CameraDevice {
  private:
   Orders& orders_;
   bool has_lamp_;
-  double exposure_us_ = 1500;
+  std::optional<double> exposure_us_;  ///< absent: it does not tell
 };
 
 /// Stands a little beside where it was sent.
@@ -141,6 +143,17 @@ TEST_F(CameraViewsTest, ExposesOneLookOtherwiseAndTheNextAsBefore) {
   EXPECT_THAT(take_orders(), ElementsAre("camera exposure 1500", "wait 0.5", "take"));
   ASSERT_TRUE(views.take(request_, at(100, 50)));
   EXPECT_THAT(take_orders(), ElementsAre("take"));
+}
+
+TEST_F(CameraViewsTest, ChangesNoExposureThatItCouldNotPutBack) {
+  CameraViews views({displacement_mm<frame::Machine>(40, -3), {}},
+                    std::make_unique<WrittenCamera>(orders_, false, std::nullopt),
+                    std::make_unique<WrittenStage>(orders_, 0),
+                    seconds(0.5),
+                    [](Time) {});
+  request_.settings.exposure_us = 4000;
+  EXPECT_THAT(views.take(request_, at(100, 50)), FailsWith(Code::NotSupported, "put back"));
+  EXPECT_THAT(take_orders(), ElementsAre("move 60 53"));
 }
 
 TEST_F(CameraViewsTest, KeepsToWhatMachineTomlStatesUntilAProgramAsksForAnother) {

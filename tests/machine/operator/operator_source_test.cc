@@ -64,7 +64,7 @@ class ScriptedSource final : public MeasurementSource, public ViewTaker {
     return has_lights && (setting == CameraSetting::Lamp || setting == CameraSetting::Exposure);
   }
   std::optional<double> exposure_us() const override {
-    return has_lights ? std::optional(1500.0) : std::nullopt;
+    return has_lights && tells_exposure ? std::optional(1500.0) : std::nullopt;
   }
   Expected<TakenPicture> take(const MeasurementRequest&, const View& view) override {
     views.push_back(view);
@@ -76,6 +76,7 @@ class ScriptedSource final : public MeasurementSource, public ViewTaker {
   std::vector<MeasurementRequest> asked;
   std::vector<View> views;
   bool has_lights = true;
+  bool tells_exposure = true;
 
  private:
   PictureFeed& feed_;
@@ -219,6 +220,17 @@ TEST_F(OperatorSourceTest, RefusesAnExposureThatTheCameraCannotSet) {
   EXPECT_FALSE(question().exposure_us);
   EXPECT_FALSE(tell({.question = 1, .choice = Choice::Again, .exposure_us = 3000}));
   EXPECT_FALSE(tell({.question = 1, .choice = Choice::Again, .lamp = 30}));
+  ASSERT_TRUE(tell({.question = 1, .choice = Choice::Again}));
+  EXPECT_TRUE(found.get());
+}
+
+TEST_F(OperatorSourceTest, RefusesAnExposureThatCouldNotBePutBack) {
+  script_->tells_exposure = false;
+  script_->answers = {lost()};
+  auto found = measure(0);
+  EXPECT_TRUE(question().why_not.contains("exposure"));
+  EXPECT_FALSE(question().why_not.contains("lamp"));
+  EXPECT_FALSE(tell({.question = 1, .choice = Choice::Again, .exposure_us = 3000}));
   ASSERT_TRUE(tell({.question = 1, .choice = Choice::Again}));
   EXPECT_TRUE(found.get());
 }

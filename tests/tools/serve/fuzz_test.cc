@@ -94,6 +94,7 @@ class RequestSource {
                              "/api/events",
                              "/api/frame.jpg?n=1",
                              "/api/login",
+                             "/api/logout",
                              "/api/controls",
                              "/api/command",
                              "/api/command",

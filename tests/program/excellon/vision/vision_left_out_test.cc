@@ -146,6 +146,40 @@ TEST(LeftOutBoard, IsRefusedOutsideOfCopies) {
   EXPECT_TRUE(run_without("G36X0.Y0.\nX1.Y1.\n", {0}).has_errors);
 }
 
+TEST(LeftOutBoard, IsLeftOutByAllSectionsOrByNone) {
+  // Each section measures its copies itself: targets 0 to 2, then 3 to 5.
+  const std::string section = std::string("M25\nG46X0.Y0.\nX1.Y1.\n") + kThreeBoards;
+  const std::string body = section + "T2\n" + section;
+  EXPECT_FALSE(run_without(body, {}).has_errors);
+  for (const std::int64_t seq : {1, 4}) {
+    const ProgramRun run = run_without(body, {seq});
+    EXPECT_EQ(run.diagnostics.back(), "p.exc:16:1: error[command-misplaced]");
+    EXPECT_NE(run.texts.back().find("lines 9 and 16 both work board 1"), std::string::npos)
+        << run.texts.back();
+    EXPECT_TRUE(run.holes().empty());
+  }
+  const ProgramRun run = run_without(body, {1, 4});
+  EXPECT_FALSE(run.has_errors) << run.texts.back();
+  EXPECT_EQ(drilled_copies(run), (Copies{0, 2, 0, 2}));
+}
+
+TEST(LeftOutBoard, IsKnownByItsTargetsWhereAnotherSectionPlacesItOtherwise) {
+  const std::string first = std::string("M25\nG46X0.Y0.\nX1.Y1.\n") + kThreeBoards;
+  // From the last board, at 20 mm, to the left.
+  const std::string second = "T2\nM25\nG46X20.Y0.\nX21.Y1.\nM01\nR2M02X-10.\nM08\n";
+  EXPECT_FALSE(run_without(first + second, {}).has_errors);
+  EXPECT_TRUE(run_without(first + second, {2}).has_errors);
+}
+
+TEST(LeftOutBoard, IsNotWorkedByASectionWithoutTargets) {
+  const std::string body = std::string("G36X50.Y50.\nM25\nG46X0.Y0.\nX1.Y1.\nG47\n") +
+                           kThreeBoards + "T2\nM25\nX2.Y2.\n" + kThreeBoards;
+  EXPECT_FALSE(run_without(body, {}).has_errors);
+  const ProgramRun run = run_without(body, {2});
+  EXPECT_EQ(run.diagnostics.back(), "p.exc:18:1: error[command-misplaced]");
+  EXPECT_TRUE(run.holes().empty());
+}
+
 TEST(LeftOutBoard, LeavesNoCorrectionToWhatFollowsItsPattern) {
   const std::string body = std::string("M25\nG46X0.Y0.\nX1.Y1.\n") + kThreeBoards;
   EXPECT_FALSE(run_without(body + "X50.Y50.\n", {1}).has_errors);
