@@ -2,8 +2,12 @@
 // Calibrations, their history and rollbacks by a station.
 #include "machine/operator/night_order.h"
 
+#include <filesystem>
+#include <string>
+
 #include "calib/spindle/calibration_file.h"
 #include "machine/nightly/record/night_record.h"
+#include "machine/operator/desk.h"
 
 #include "tests/machine/nightly/picture_night.h"
 #include "tests/machine/operator/operated_station.h"
@@ -104,6 +108,32 @@ TEST_F(StationNight, IsStoppedByAPersonAndInstallsNothing) {
   EXPECT_NE(stopped["verdict"].get<std::string>().find("stopped"), std::string::npos) << stopped;
   EXPECT_EQ(calibration(), "");
   EXPECT_EQ(calibrate("night")["calibration"]["state"], "done");
+}
+
+/// The verdict of a calibration of the surface, with a stop ahead of its first probe.
+std::string verdict_of_surface(const StationSettings& settings, bool is_stopped) {
+  internal::Screen screen;
+  screen.calibration.emplace();
+  internal::Desk desk(screen);
+  if (is_stopped) desk.change([&](internal::Screen&) { desk.stop(); });
+  internal::run_calibration(settings, "surface", "Anna", desk);
+  return desk.read([](const internal::Screen& one) { return one.calibration->verdict; });
+}
+
+TEST_F(StationNight, ProbesNothingOnceAPersonHasStoppedIt) {
+  nights_.nightly +=
+      "[nightly.surface]\nfile = \"table.json\"\nlow_mm = [100, 50]\nhigh_mm = [250, 250]\n"
+      "columns = 6\nrows = 5\n[sim.table_surface]\nnoise_um = 3\n";
+  const auto config = nights_.config();
+  ASSERT_TRUE(config) << config.error().text();
+  StationSettings settings = this->settings();
+  settings.machine_file = machine_file_;
+  settings.software = "panelcal test";
+  const std::string stopped = verdict_of_surface(settings, true);
+  EXPECT_NE(stopped.find("stopped"), std::string::npos) << stopped;
+  EXPECT_FALSE(std::filesystem::exists(machine_file_.parent_path() / "table.json"));
+  const std::string whole = verdict_of_surface(settings, false);
+  EXPECT_EQ(whole.find("stopped"), std::string::npos) << whole;
 }
 
 TEST_F(StationNight, RefusesWhatItCannotCalibrate) {
