@@ -2,6 +2,7 @@
 #pragma once
 
 #include "calib/base/expected.h"
+#include "machine/config/machine_config.h"
 #include "machine/devices/controls/control.h"
 
 namespace panelcal::internal {

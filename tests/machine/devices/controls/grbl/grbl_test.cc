@@ -11,6 +11,7 @@
 
 #include "calib/base/interruption.h"
 #include "machine/devices/controls/grbl/machine.h"
+#include "machine/devices/controls/open/open_control.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
