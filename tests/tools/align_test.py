@@ -198,7 +198,7 @@ def verify_renews_what_lies_still(panelcal, folder):
         f"G36X{PADS[i][0]:.3f}Y{PADS[i][1]:.3f}\n" for i in (0, 2)) + "M30\n")
     (folder / "taken.toml").write_text(machine_text(Panel(3).moved(5)).replace(
         "[vision]", '[vision]\nmodel = "similarity"'))
-    run(panelcal, "synth", "two.exc", "-m", "taken.toml", "-o", "taken", cwd=folder)
+    run(panelcal, "synth", "two.exc", "-m", "taken.toml", "-o", "taken", cwd=folder, expect=1)
     refused(run(panelcal, *verify, "--images", "taken", cwd=folder, expect=1), "pad 1 at nominal")
     refused(run_aligned(panelcal, folder, "pth.drl", "-o", "out2.jsonl", expect=1),
             "pad 1 was not found when Ada looked again")
