@@ -2,6 +2,7 @@
 #include "machine/devices/controls/linuxcnc/linuxcnc.h"
 
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <string>
 
@@ -185,13 +186,16 @@ TEST(LinuxCnc, SaysSoIfItCannotStopTheMachine) {
 void stop_over_a_new_connection() {
   heed_interruptions();
   FakeLinuxCnc fake(
-      {.fault_in_move = 1, .fault = CncFault::Close, .at_fault = [] { kill(getpid(), SIGTERM); }});
+      {.fault_in_move = 2, .fault = CncFault::Close, .at_fault = [] { kill(getpid(), SIGTERM); }});
   const auto control = internal::open_linuxcnc(config_of(fake));
   if (!control) std::_Exit(2);
   const auto moved = control->stage->move_to(position_mm<frame::Machine>(140, 90));
   if (moved) std::_Exit(3);
   if (interruption() != SIGTERM) std::_Exit(4);
-  if (moved.error().text().find("; the machine stands") == std::string::npos) std::_Exit(5);
+  if (moved.error().text().find("the machine stands") == std::string::npos) {
+    std::fputs(moved.error().text().c_str(), stderr);
+    std::_Exit(5);
+  }
   std::_Exit(fake.moves() ? 6 : 0);
 }
 
