@@ -107,6 +107,8 @@ if(TARGET panelcal_python)
   set(PANELCAL_PYTHON_FROM "${PANELCAL_PYTHON_DIR}")
   math(EXPR panelcal_next_python "${Python_VERSION_MINOR} + 1")
   configure_file(cmake/debian_python.cmake.in debian_python.cmake @ONLY)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA
+      "${PROJECT_SOURCE_DIR}/share/package/python/prerm")
   set(CPACK_PRE_BUILD_SCRIPTS "${PROJECT_BINARY_DIR}/debian_python.cmake")
   package(python python3-panelcal "panelcal as a Python module"
     SECTION python
