@@ -67,7 +67,7 @@ long_with_sanitizers+='|^surface\.SurfaceChoice\.RefusesWhereEvery'
 long_with_sanitizers+='|^calib\.TableSelfCalibration\.(StopsBeside|AHalfTurn|AQuarterTurn|WithoutATurn)'
 long_with_sanitizers+='|^calib\.(TableSmoother\.AFlatTable|TableFit\.IsSmoother|ChiSquare\.HidesMore|ModelChoice\.FindsTheModel)'
 long_with_sanitizers+='|^calib\.(SmoothPanel\.Criterion|VisitingOrder\.IsNeverLonger|ChosenRange\.HoldsNine)'
-long_with_sanitizers+='|^program\.CarryArc\.(Strong|TheTrueImage)'
+long_with_sanitizers+='|^program\.CarryArc\.(Strong|TheTrueImage)|^linuxcnc\.real_control'
 
 test_sanitized() {
   step "configure with sanitizers" cmake -S "$root" --preset asan
