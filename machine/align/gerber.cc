@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -38,15 +37,6 @@ struct Flash {
 
 bool is_digit(char c) {
   return c >= '0' && c <= '9';
-}
-
-/// A number without letters behind it; empty for any other text.
-std::optional<double> gerber_decimal(std::string_view text) {
-  double value = 0;
-  const char* const end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, value);
-  if (error != std::errc() || stop != end || !std::isfinite(value)) return std::nullopt;
-  return value;
 }
 
 /// The digits at the beginning of a text, with a sign; they are taken off it.
@@ -177,7 +167,7 @@ class GerberReader {
     std::string_view rest = text.substr(2);
     const bool has_d = rest.starts_with('D');
     if (has_d) rest.remove_prefix(1);
-    const auto number = gerber_decimal(take_digits(rest));
+    const auto number = decimal_of(take_digits(rest));
     if (!has_d || !number || *number < kFirstAperture || rest.empty()) {
       return refuse(Code::ArgumentInvalid, text, "ADD10C,1.0: a number from 10 and a shape");
     }
@@ -185,7 +175,7 @@ class GerberReader {
     Aperture aperture{std::nullopt, function_};
     if (rest.starts_with("C,")) {
       rest.remove_prefix(2);
-      const auto diameter = gerber_decimal(rest.substr(0, rest.find('X')));
+      const auto diameter = decimal_of(rest.substr(0, rest.find('X')));
       if (!diameter || *diameter < 0) return refuse(Code::NumberMalformed, text, "a diameter");
       aperture.diameter = *diameter * *unit_;
     }
@@ -220,7 +210,7 @@ class GerberReader {
       const char letter = text.front();
       text.remove_prefix(1);
       const std::string_view digits = take_digits(text);
-      const auto number = gerber_decimal(digits);
+      const auto number = decimal_of(digits);
       const bool is_known = std::string_view("XYIJDM").find(letter) != std::string_view::npos;
       if (!is_known || !number) {
         return refuse(Code::NumberMalformed, word, "X, Y, I, J and D with whole numbers");

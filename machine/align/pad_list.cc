@@ -12,15 +12,18 @@ namespace {
 std::optional<double> list_number(std::string_view text) {
   const auto begin = text.find_first_not_of(' ');
   if (begin == std::string_view::npos) return std::nullopt;
-  text = text.substr(begin, text.find_last_not_of(' ') + 1 - begin);
+  return decimal_of(text.substr(begin, text.find_last_not_of(' ') + 1 - begin));
+}
+
+}  // namespace
+
+std::optional<double> decimal_of(std::string_view text) {
   double value = 0;
   const char* const end = text.data() + text.size();
   const auto [stop, error] = std::from_chars(text.data(), end, value);
   if (error != std::errc() || stop != end || !std::isfinite(value)) return std::nullopt;
   return value;
 }
-
-}  // namespace
 
 bool is_pad_list(std::string_view text) {
   return text.find(',') != std::string_view::npos &&

@@ -24,6 +24,9 @@ struct FoundPads {
   std::string words;  ///< "flashes FiducialPad,Global"
 };
 
+/// A number that the text is from end to end; empty for any other text.
+std::optional<double> decimal_of(std::string_view text);
+
 /// True for the text of a list: numbers, commas, semicolons.
 bool is_pad_list(std::string_view text);
 /// Fails  usage

@@ -11,7 +11,6 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <iostream>
 #include <random>
 #include <span>
 #include <string>
@@ -57,14 +56,7 @@ int serve(int argc, char** argv) {
     std::ranges::copy(background, frame.bytes.begin());
     draw_time(frame.bytes, static_cast<std::size_t>(width));
   });
-  if (!camera.is_running()) {
-    std::cerr << "the port of GigE Vision is taken\n";
-    return 3;
-  }
-  std::cout << "ready" << std::endl;
-  while (std::cin.get() != std::char_traits<char>::eof()) {
-  }
-  return 0;
+  return serve_until_input_ends(camera);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "machine/job/facts/input.h"
@@ -21,6 +22,20 @@ enum class TargetState : std::uint8_t {
   Suspect,  ///< found, but its series was refused
   Refused,  ///< not found, or the worst of a series whose residual gate failed
 };
+
+constexpr std::string_view name(TargetState state) {
+  switch (state) {
+    case TargetState::Dropped:
+      return "left_out";
+    case TargetState::Suspect:
+      return "suspect";
+    case TargetState::Refused:
+      return "refused";
+    case TargetState::Good:
+      break;
+  }
+  return "good";
+}
 
 /// One measured target with what its series made of it.
 struct TargetFact {

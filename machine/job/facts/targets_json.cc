@@ -9,20 +9,6 @@ namespace panelcal {
 namespace facts {
 namespace {
 
-std::string_view state_word(TargetState state) {
-  switch (state) {
-    case TargetState::Dropped:
-      return "left_out";
-    case TargetState::Suspect:
-      return "suspect";
-    case TargetState::Refused:
-      return "refused";
-    case TargetState::Good:
-      break;
-  }
-  return "good";
-}
-
 /// "target-7-0": the first picture of target 7.
 std::string crop_name(std::int64_t seq, std::size_t i) {
   return fmt::format("target-{}-{}", seq, i);
@@ -107,7 +93,7 @@ Json target_json(const JobFactsInput& input, const TargetFact& fact) {
       {"file", request.file},
       {"board", board_json(request.path)},
       {"series", fact.i_series ? Json(*fact.i_series) : Json()},
-      {"state", state_word(fact.state)},
+      {"state", name(fact.state)},
       {"status", name(m.status)},
       {"reason", m.reason},
       {"nominal_mm", point(request.nominal.in_mm())},

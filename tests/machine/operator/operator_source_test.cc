@@ -170,6 +170,24 @@ class OperatorSourceTest : public ::testing::Test {
 class FourTargets : public OperatorSourceTest {
  protected:
   FourTargets() { program_text_ = kFourTargets; }
+
+  std::future<Survey> begin_survey(DiagnosticLog& log) {
+    return std::async(std::launch::async, [&] {
+      return survey(program_of(program_text_), machine_.walk, *source_, log);
+    });
+  }
+  /// All four seen with a small covariance, the third 0.2 mm beside its place.
+  void answer_with_a_displaced_third() {
+    for (const std::size_t seq : {0, 1, 2, 3}) {
+      Measurement answer;
+      answer.status = MeasurementStatus::Found;
+      const Eigen::Vector2d beside_mm(seq == 2 ? 0.2 : 0, 0);
+      answer.measured.position =
+          position_mm<frame::Actual>((request(seq).expected.in_mm() + beside_mm).eval());
+      answer.measured.cov = 1e-6 * Eigen::Matrix2d::Identity();
+      script_->answers.emplace_back(answer);
+    }
+  }
 };
 
 TEST_F(OperatorSourceTest, AsksNothingAboutWhatIsFound) {
@@ -331,9 +349,7 @@ TEST_F(FourTargets, SkipsOneOfThemAndNoSecond) {
 TEST_F(FourTargets, FitsTheOthersOfASkippedOne) {
   script_->answers = {lost()};
   DiagnosticLog log;
-  auto surveyed = std::async(std::launch::async, [&] {
-    return survey(program_of(program_text_), machine_.walk, *source_, log);
-  });
+  auto surveyed = begin_survey(log);
   question();
   ASSERT_TRUE(tell({.question = 1, .choice = Choice::Skip}));
   const Survey survey = surveyed.get();
@@ -346,26 +362,10 @@ TEST_F(FourTargets, FitsTheOthersOfASkippedOne) {
   })) << all_text(log);
 }
 
-/// The third of four targets seen 0.2 mm beside its place, with a small covariance.
-Measurement displaced(const MeasurementRequest& request) {
-  Measurement out;
-  out.status = MeasurementStatus::Found;
-  out.measured.position =
-      position_mm<frame::Actual>((request.expected.in_mm() + Eigen::Vector2d(0.2, 0)).eval());
-  out.measured.cov = 1e-6 * Eigen::Matrix2d::Identity();
-  return out;
-}
-
 TEST_F(FourTargets, AsksAboutATargetThatItsSeriesContradicts) {
-  for (const std::size_t seq : {0, 1, 2, 3}) {
-    Measurement answer = displaced(request(seq));
-    if (seq != 2) answer.measured.position = request(seq).expected;
-    script_->answers.emplace_back(answer);
-  }
+  answer_with_a_displaced_third();
   DiagnosticLog log;
-  auto surveyed = std::async(std::launch::async, [&] {
-    return survey(program_of(program_text_), machine_.walk, *source_, log);
-  });
+  auto surveyed = begin_survey(log);
   const ScreenQuestion asked = question();
   EXPECT_EQ(asked.seq, 2);
   EXPECT_NE(std::ranges::find(asked.choices, "keep"), asked.choices.end());
@@ -381,15 +381,9 @@ TEST_F(FourTargets, AsksAboutATargetThatItsSeriesContradicts) {
 }
 
 TEST_F(FourTargets, HoldsTheJobWhereAPersonKeepsAContradictedTarget) {
-  for (const std::size_t seq : {0, 1, 2, 3}) {
-    Measurement answer = displaced(request(seq));
-    if (seq != 2) answer.measured.position = request(seq).expected;
-    script_->answers.emplace_back(answer);
-  }
+  answer_with_a_displaced_third();
   DiagnosticLog log;
-  auto surveyed = std::async(std::launch::async, [&] {
-    return survey(program_of(program_text_), machine_.walk, *source_, log);
-  });
+  auto surveyed = begin_survey(log);
   question();
   ASSERT_TRUE(tell({.question = 1, .choice = Choice::Keep}));
   const Survey survey = surveyed.get();

@@ -24,20 +24,6 @@ StoredValue maybe(const std::optional<double>& value) {
   return value ? StoredValue(*value) : StoredValue();
 }
 
-std::string stored_word(TargetState state) {
-  switch (state) {
-    case TargetState::Dropped:
-      return "left_out";
-    case TargetState::Suspect:
-      return "suspect";
-    case TargetState::Refused:
-      return "refused";
-    case TargetState::Good:
-      break;
-  }
-  return "good";
-}
-
 /// Of a target that shows one coordinate only the other one is no measurement.
 std::optional<Eigen::Vector2d> error_um(const Measurement& measurement, const Truth* truth) {
   if (truth == nullptr || measurement.request.axes != ObservedAxes::Both) return std::nullopt;
@@ -55,7 +41,7 @@ StoredRow target_row(std::int64_t job, const TargetFact& fact, const Truth* trut
                    request.seq,
                    whole(request.line),
                    request.command,
-                   stored_word(fact.state),
+                   std::string(name(fact.state)),
                    std::string(name(m.status)),
                    m.reason,
                    nominal_mm.x(),

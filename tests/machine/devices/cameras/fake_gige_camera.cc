@@ -2,6 +2,7 @@
 #include "tests/machine/devices/cameras/fake_gige_camera.h"
 
 #include <fstream>
+#include <iostream>
 #include <string>
 #include <utility>
 
@@ -87,6 +88,17 @@ void FakeGigeCamera::draw(std::uint8_t* bytes,
       static_cast<std::size_t>(width_px_) * static_cast<std::size_t>(height_px_);
   const std::size_t n_bytes = n_pixels * ARV_PIXEL_FORMAT_BIT_PER_PIXEL(pixel_format) / 8;
   fill_({{bytes, n_bytes}, exposure_us, gain, pixel_format});
+}
+
+int serve_until_input_ends(const FakeGigeCamera& camera) {
+  if (!camera.is_running()) {
+    std::cerr << "the port of GigE Vision is taken\n";
+    return 3;
+  }
+  std::cout << "ready" << std::endl;
+  while (std::cin.get() != std::char_traits<char>::eof()) {
+  }
+  return 0;
 }
 
 }  // namespace panelcal::test

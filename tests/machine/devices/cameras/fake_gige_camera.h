@@ -47,4 +47,9 @@ class FakeGigeCamera {
   ArvGvFakeCamera* camera_;
 };
 
+/// A program that is a camera: says "ready" and serves until its standard input ends.
+///
+/// Out    its exit code: 3, with a word on standard error, where the camera does not run
+int serve_until_input_ends(const FakeGigeCamera& camera);
+
 }  // namespace panelcal::test

@@ -81,15 +81,8 @@ int serve(int argc, char** argv) {
     if (n_frames > 0 && ++n_drawn > n_frames) std::_Exit(0);
     draw(seen_shot(*shots, stage_file, offset), frame.bytes);
   });
-  if (!camera.is_running()) {
-    std::cerr << "the port of GigE Vision is taken\n";
-    return 3;
-  }
-  if (argc > 6) camera.lose(std::stod(argv[6]));
-  std::cout << "ready" << std::endl;
-  while (std::cin.get() != std::char_traits<char>::eof()) {
-  }
-  return 0;
+  if (argc > 6 && camera.is_running()) camera.lose(std::stod(argv[6]));
+  return serve_until_input_ends(camera);
 }
 
 }  // namespace
