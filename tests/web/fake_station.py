@@ -168,9 +168,10 @@ class Station:
                     self.answer(400, {"error": station.refusal})
                 else:
                     order = json.loads(body)
-                    station.orders.append(order)
                     self.answer(200, {})
                     station.answers(order)
+                    # Last: a test that has seen the order says the next state, which no answer may undo.
+                    station.orders.append(order)
 
             def controls(self, asked):
                 with station.changed:
