@@ -1,10 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """G-code of `panelcal run`: LinuxCNC's interpreter goes where JSON Lines say, and `surface apply` reads it.
+The other flavours lead to the same places, in words that their controls know.
 
     gcode_test.py PANELCAL ROOT
+
+With GRBL's firmware as a program (PANELCAL_GRBL: the folder of grbl_sim) every line is shown to it as well.
 """
 import json
+import os
 import re
 import shutil
 import sys
@@ -13,6 +17,9 @@ from pathlib import Path
 
 import canonical
 from demo_job import run
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "machine/devices/controls/grbl"))
+import firmware  # noqa: E402
 
 SAFE, APPROACH, DRILL, ROUT = 5.0, 1.0, -1.8, -2.0
 GCODE = f"""
@@ -24,6 +31,7 @@ drill_z_mm = {DRILL}
 rout_z_mm = {ROUT}
 peck_mm = 0.7
 infeed_mm_s = 20
+rapid_mm_s = 50
 speed_rpm = 30000
 """
 # rs274 prints a ten-thousandth of a millimetre.
@@ -62,6 +70,83 @@ def interpret(program):
     """LinuxCNC's moves: (kind, numbers)."""
     return [(kind, [float(number) for number in numbers.split(",")])
             for kind, numbers in CANONICAL.findall(canonical.interpret(program))]
+
+
+# Words of GRBL 1.1, "Supported G-codes", and of Marlin's "G-code index", that a program of ours may have.
+KNOWN = {"grbl": {"G0", "G1", "G2", "G3", "G4", "G17", "G21", "G40", "G54", "G61", "G80", "G90", "G91.1", "G94", "M0", "M2", "M3",
+                  "M5", *"XYZIJFPS"},
+         "marlin": {"G0", "G1", "G2", "G3", "G4", "G21", "G90", "M0", "M1", "M3", "M5", *"XYZIJFS"}}
+WORD = re.compile(r"([A-Z])(-?[0-9.]+)")
+LONGEST = {"grbl": 79, "marlin": 95}
+
+
+def check_line(line, flavour):
+    """The words of a line, each of which its control knows."""
+    assert len(line) <= LONGEST[flavour], line
+    if flavour == "grbl":
+        assert not set("!?~") & set(line), line
+        line = re.sub(r"\([^()]*\)|;.*", "", line)
+    else:
+        line = "" if line.startswith("M117 ") else line.partition(";")[0]
+    words = WORD.findall(line)
+    assert "".join(letter + number for letter, number in words) == line.replace(" ", ""), line
+    commands = [letter + number for letter, number in words if letter in "GM"]
+    assert all(command in KNOWN[flavour] for command in commands), line
+    assert all(letter in KNOWN[flavour] for letter, _ in words if letter not in "GM"), line
+    if flavour == "marlin" and words:
+        assert len(commands) == 1 and words[0][0] in "GM", line
+    return commands, {letter: float(number) for letter, number in words if letter not in "GM"}
+
+
+def walk(program, flavour):
+    """Moves as interpret() gives them, by a reader of our own: absolute, relative centres, no cycles."""
+    moves, at, feed, kind = [], [None, None, None], None, None
+    for line in program.read_text().splitlines():
+        commands, values = check_line(line, flavour)
+        kind = next((one for one in commands if one in ("G0", "G1", "G2", "G3")), kind)
+        if not set(values) & set("XYZF"):
+            continue
+        feed = values.get("F", feed)
+        to = [values.get(letter, old) for letter, old in zip("XYZ", at)]
+        if not set(values) & set("XYZ"):
+            continue
+        assert feed or kind == "G0", line
+        if kind in ("G2", "G3"):
+            # GRBL and Marlin refuse, or go elsewhere, where both radii differ.
+            radii = [((x - at[0] - values["I"]) ** 2 + (y - at[1] - values["J"]) ** 2) ** 0.5 for x, y in (at[:2], to[:2])]
+            assert abs(radii[0] - radii[1]) < 1e-4 and at[:2] != to[:2], line
+            moves.append(("ARC_FEED", [to[0], to[1], at[0] + values["I"], at[1] + values["J"], -1 if kind == "G2" else 1, to[2]]))
+        elif None not in to:
+            moves.append(("STRAIGHT_TRAVERSE" if kind == "G0" else "STRAIGHT_FEED", to))
+        at = to
+    return moves
+
+
+def show_to_firmware(program, folder):
+    """GRBL 1.1h in its check mode takes every line."""
+    programs = os.environ.get("PANELCAL_GRBL")
+    if not programs:
+        return
+    control = firmware.Firmware("grbl", programs, folder)
+    try:
+        control.ask("$C")
+        for line in program.read_text().splitlines():
+            if line not in ("M0", "M2"):  # check mode does not wait, and M2 leaves it
+                answer = control.ask(line)
+                assert "ok" in answer and "error" not in answer, (line, answer)
+    finally:
+        control.close()
+
+
+def flavours(panelcal, folder, arguments, expected):
+    """GRBL's and Marlin's programs lead to the same places as LinuxCNC's."""
+    for flavour in ("grbl", "marlin"):
+        program = folder / f"{flavour}.ngc"
+        run(panelcal, "run", *arguments, "-o", program, "--flavour", flavour)
+        compare(cuts(walk(program, flavour)), expected, TOLERANCE)
+        if flavour == "grbl":
+            compare(cuts(interpret(program)), expected, TOLERANCE)
+            show_to_firmware(program, folder)
 
 
 def cuts(moves):
@@ -157,6 +242,7 @@ def main(panelcal, root):
         assert {"down", "line", "cw", "ccw"} <= set(kinds), kinds
         compare(cuts(interpret(program)), expected, TOLERANCE)
         levelled(panelcal, folder, program, expected)
+        flavours(panelcal, folder, [routs, "-m", machine], expected)
 
         demo = Path(root) / "datasets/demo"
         shutil.copy(demo / "camera.cal.json", folder)
@@ -167,6 +253,7 @@ def main(panelcal, root):
         assert len(expected) == 990
         compare(cuts(interpret(program)), expected, TOLERANCE)
         levelled(panelcal, folder, program, expected)
+        flavours(panelcal, folder, [demo / "panel.exc", "-m", machine, "--images", demo / "images"], expected)
     return 0
 
 

@@ -10,6 +10,7 @@
 #include "machine/config/machine_config.h"
 #include "machine/job/checked_program.h"
 #include "machine/job/facts/sections.h"
+#include "machine/job/output/output_format.h"
 #include "machine/job/walk_terms.h"
 #include "program/judge/job_check.h"
 #include "program/judge/tally.h"
@@ -102,7 +103,7 @@ facts::Json attributes_json(const DrillAttributes& attributes) {
 /// What a check has found, as one JSON document: share/schema/check.schema.json.
 facts::Json check_facts(const CheckOptions& options,
                         const CheckedJob* checked,
-                        const WalkOptions& walk,
+                        const MachineConfig& machine,
                         const DiagnosticLog& log) {
   using facts::Json;
   Json document = facts::envelope("check", 1);
@@ -126,9 +127,11 @@ facts::Json check_facts(const CheckOptions& options,
            {"n_probes", checked->survey.probes.size()}};
   }
   document["job"] = job;
-  document["gates"] = options.machine.empty() ? Json()
-                                              : Json{{"panel", gates_text(walk.base_limits)},
-                                                     {"nested", gates_text(walk.nested_limits)}};
+  document["gates"] = options.machine.empty()
+                          ? Json()
+                          : Json{{"panel", gates_text(machine.walk.base_limits)},
+                                 {"nested", gates_text(machine.walk.nested_limits)}};
+  document["gcode_flavour"] = machine.gcode ? Json(name(gcode_flavour(machine))) : Json();
   return document;
 }
 
@@ -159,11 +162,13 @@ Expected<void> read_machine(const CheckOptions& options,
   return {};
 }
 
-/// Of a machine: what every job's fits are held against.
-std::string gates_lines(const WalkOptions& walk) {
-  return fmt::format("gates of panel fits: {}\ngates of nested fits: {}\n",
-                     gates_text(walk.base_limits),
-                     gates_text(walk.nested_limits));
+/// Of a machine: what every job's fits are held against, and whose G-code it reads.
+std::string machine_lines(const MachineConfig& machine) {
+  const std::string gates = fmt::format("gates of panel fits: {}\ngates of nested fits: {}\n",
+                                        gates_text(machine.walk.base_limits),
+                                        gates_text(machine.walk.nested_limits));
+  if (!machine.gcode) return gates;
+  return fmt::format("{}G-code: flavour {}\n", gates, name(gcode_flavour(machine)));
 }
 
 }  // namespace
@@ -197,10 +202,10 @@ Expected<Answer> run_command(const CheckOptions& options, CommandContext& contex
   if (!log.has_errors()) {
     answer.text =
         checked ? summary(*program, survey, passing.tally, log) : options.machine + ": no errors\n";
-    if (!options.machine.empty()) answer.text += gates_lines(walk);
+    if (!options.machine.empty()) answer.text += machine_lines(config);
   }
   const auto document = [&] {
-    return facts::text(check_facts(options, checked ? &*checked : nullptr, walk, log));
+    return facts::text(check_facts(options, checked ? &*checked : nullptr, config, log));
   };
   answer = state_facts(context, options.facts, {}, document, std::move(answer));
   if (log.has_errors() && !options.program.empty()) {

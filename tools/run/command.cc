@@ -132,6 +132,12 @@ class RunCommand {
       return failure(usage("--resolution without a program to write",
                            "-o with .drl, .exc, .s5 or .sm, or --to excellon or sieb-meyer"));
     }
+    if (!options_.flavour.empty()) {
+      if (format != OutputFormat::Gcode) {
+        return failure(usage("--flavour without G-code to write", "-o with .ngc, or --to gcode"));
+      }
+      if (machine_.gcode) machine_.gcode->flavour = gcode_flavour_from_name(options_.flavour);
+    }
     std::optional<Truth> truth;
     if (!options_.truth.empty()) {
       PANELCAL_TRY(truth, read_truth_json(options_.truth));

@@ -11,6 +11,7 @@
 #include "program/writers/jsonl_writer.h"
 #include "program/writers/sieb_meyer/writer.h"
 #include "program/writers/svg/writer.h"
+#include <fmt/format.h>
 
 namespace panelcal {
 namespace {
@@ -44,7 +45,9 @@ std::unique_ptr<TextWriter> make_program_writer(OutputFormat format,
                                      .work_zero = machine.walk.work_zero};
   if (format == OutputFormat::SiebMeyer) return std::make_unique<SiebMeyerWriter>(bytes, writing);
   if (format == OutputFormat::Gcode) {
-    return std::make_unique<GcodeWriter>(bytes, writing, *machine.gcode);
+    GcodeSetting setting = *machine.gcode;
+    setting.flavour = gcode_flavour(machine);
+    return std::make_unique<GcodeWriter>(bytes, writing, std::move(setting));
   }
   return std::make_unique<ExcellonWriter>(bytes, writing);
 }
@@ -76,12 +79,35 @@ bool has_comments(OutputFormat format) {
   return format != OutputFormat::Jsonl && format != OutputFormat::Csv;
 }
 
+GcodeFlavour gcode_flavour(const MachineConfig& machine) {
+  if (machine.gcode && machine.gcode->flavour) return *machine.gcode->flavour;
+  return machine.control.driver == ControlKind::Grbl ? GcodeFlavour::Grbl : GcodeFlavour::LinuxCnc;
+}
+
 Expected<void> check_output_format(OutputFormat format, const MachineConfig& machine) {
-  if (format != OutputFormat::Gcode || machine.gcode) return {};
-  return failure({Code::ConfigValue,
-                  {machine.file.string(), 0, 0},
-                  "[gcode] is missing, which states how high and how deep tools go in G-code",
-                  "[gcode] with safe_z_mm, drill_z_mm and others (docs/formats/gcode.md)"});
+  if (format != OutputFormat::Gcode) return {};
+  const auto problem = [&](std::string what, std::string expected) {
+    return failure(
+        {Code::ConfigValue, {machine.file.string(), 0, 0}, std::move(what), std::move(expected)});
+  };
+  if (!machine.gcode) {
+    return problem("[gcode] is missing, which states how high and how deep tools go in G-code",
+                   "[gcode] with safe_z_mm, drill_z_mm and others (docs/formats/gcode.md)");
+  }
+  const GcodeFlavour flavour = gcode_flavour(machine);
+  const GcodeWording wording = wording_of(flavour);
+  if (machine.gcode->has_length_offset && !wording.has_length_offset) {
+    return problem(
+        fmt::format("length_offset of [gcode] asks for G43, which flavour {} lacks", name(flavour)),
+        "length_offset = false: the operator sets Z at each change of tool");
+  }
+  if (wording.rapids_need_a_feed && !machine.gcode->rapid) {
+    return problem(fmt::format("[gcode] states no rapid_mm_s, and G0 of flavour {} goes with the "
+                               "feed that was said last",
+                               name(flavour)),
+                   "rapid_mm_s, the feed of moves above the board");
+  }
+  return {};
 }
 
 std::unique_ptr<TextWriter> make_writer(OutputFormat format,

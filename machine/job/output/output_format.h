@@ -33,9 +33,14 @@ bool is_program(OutputFormat format);
 /// The output says where it comes from (WriterInput::comments); records have no place for that.
 bool has_comments(OutputFormat format);
 
+/// The flavour of G-code that the machine reads: [gcode] flavour, or by [machine] driver, or
+/// LinuxCNC's. Without [gcode] none is written.
+GcodeFlavour gcode_flavour(const MachineConfig& machine);
+
 /// Checks that the machine's file states all that the format needs.
 ///
-/// Fails  config-value (G-code without [gcode])
+/// Fails  config-value (G-code without [gcode]; length_offset for a control that knows no G43; no
+///        rapid_mm_s where the control needs it)
 Expected<void> check_output_format(OutputFormat format, const MachineConfig& machine);
 
 /// The input of a writer besides the operations.

@@ -9,27 +9,32 @@
 #include <fmt/format.h>
 
 namespace panelcal {
-namespace {
 
-/// LinuxCNC reads lines of 252 characters.
-constexpr std::size_t kMaxEventCharacters = 200;
-
-/// Inside brackets; a bracket would end the comment.
-std::string shown(std::string_view text) {
-  std::string out = printable(text);
-  std::ranges::replace(out, '(', '[');
-  std::ranges::replace(out, ')', ']');
+std::string GcodeWriter::shown(std::string_view words) const {
+  std::string out = printable(words);
+  std::ranges::replace_if(
+      out, [this](char c) { return wording_.reserved.find(c) != std::string_view::npos; }, '.');
   return out;
 }
 
-}  // namespace
-
 /// A long one goes on in further lines.
 void GcodeWriter::comment(std::string_view words) {
-  std::string rest = printable(words);
+  std::string rest = shown(words);
   do {
-    line("; " + rest.substr(0, kMaxEventCharacters));
-    rest.erase(0, kMaxEventCharacters);
+    line("; " + rest.substr(0, wording_.max_text));
+    rest.erase(0, wording_.max_text);
+  } while (!rest.empty());
+}
+
+/// A bracket would end it.
+void GcodeWriter::say_message(std::string_view words) {
+  std::string rest = shown(words);
+  std::ranges::replace(rest, '(', '[');
+  std::ranges::replace(rest, ')', ']');
+  do {
+    line(fmt::format(
+        "{}{}{}", wording_.message, rest.substr(0, wording_.max_text), wording_.message_end));
+    rest.erase(0, wording_.max_text);
   } while (!rest.empty());
 }
 
@@ -39,14 +44,14 @@ void GcodeWriter::park(const std::optional<Position<frame::Machine>>& place) {
   if (height_ != Height::Unknown || place) {
     if (height_ == Height::Down || height_ == Height::Unknown) rise();
     if (setting_.change_z && *setting_.change_z > setting_.safe_z && height_ != Height::Change) {
-      line("G0 " + word('Z', steps(setting_.change_z->in_mm())));
+      say_rapid(word('Z', steps(setting_.change_z->in_mm())));
       height_ = Height::Change;
     }
   }
   stop_spindle();
   if (!place) return;
   told_ = place_of(*place);
-  line("G0 " + words(*told_));
+  say_rapid(words(*told_));
 }
 
 /// For an operator, who may put a hand between.
@@ -57,7 +62,7 @@ void GcodeWriter::pause(std::string_view code,
            "it before the contour, or behind");
   }
   park(place);
-  line(code);
+  if (!code.empty()) line(code);
 }
 
 /// A program behind % of the header waits for START anyway.
@@ -68,14 +73,14 @@ void GcodeWriter::write(const Stop& stop) {
     case StopKind::Inspection:
       return pause("M0", stop.actual);
     case StopKind::Optional:
-      return pause("M1", stop.actual);
+      return pause(wording_.optional_stop, stop.actual);
     case StopKind::EndAccepted:
       comment(kEndAcceptedComment);
       [[fallthrough]];
     case StopKind::EndNoRewind:
     case StopKind::EndRewind:
       has_ended_ = true;
-      return pause("M2", stop.actual);
+      return pause(wording_.end, stop.actual);
   }
 }
 
@@ -84,11 +89,7 @@ void GcodeWriter::write(const Message& message) {
   leave_cycle();
   while (true) {
     const auto end = rest.find('\n');
-    std::string text = shown(rest.substr(0, end));
-    do {
-      line("(MSG, " + text.substr(0, kMaxEventCharacters) + ")");
-      text.erase(0, kMaxEventCharacters);
-    } while (!text.empty());
+    say_message(rest.substr(0, end));
     if (end == std::string_view::npos) break;
     rest.remove_prefix(end + 1);
   }
@@ -99,7 +100,7 @@ void GcodeWriter::write(const Message& message) {
 void GcodeWriter::change_expired(const Function& expired) {
   if (!expired.next_tool) {
     park({});
-    line(fmt::format("(MSG, T{} is used up: a fresh one)", expired.tool));
+    say_message(fmt::format("T{} is used up: a fresh one", expired.tool));
     pause("M0");
     height_ = Height::Unknown;
     told_.reset();

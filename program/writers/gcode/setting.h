@@ -6,6 +6,7 @@
 
 #include "calib/base/units.h"
 #include "program/model/operation.h"
+#include "program/writers/gcode/flavour.h"
 
 namespace panelcal {
 
@@ -32,7 +33,8 @@ struct GcodeTool {
 
 /// [gcode]: what a G-code program has to know of the machine besides the part program.
 struct GcodeSetting {
-  Length safe_z;  ///< nothing is in the way at or above it
+  std::optional<GcodeFlavour> flavour;  ///< absent: that of the machine's control, or LinuxCNC
+  Length safe_z;                        ///< nothing is in the way at or above it
   /// Down to here the tool moves rapidly; absent: it feeds from safe_z on.
   std::optional<Length> approach_z;
   /// Height at which the tool waits while it is changed, at stops and at the end; absent: safe_z.
@@ -41,6 +43,7 @@ struct GcodeSetting {
   /// The board's surface, for depths below a surface that was not measured.
   std::optional<Length> board_z;
   std::optional<Time> spin_up;     ///< waited behind the start of the spindle
+  std::optional<Feed> rapid;       ///< of rapid moves, where the flavour needs a feed for them
   bool has_length_offset = false;  ///< G43 behind a change of tool
   GcodeWork usual;                 ///< of all tools that no row says more of
   std::vector<GcodeTool> tools;    ///< rows with a number go before those with a diameter

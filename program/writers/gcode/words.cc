@@ -48,15 +48,26 @@ std::string GcodeWriter::words(const Place& at) const {
   return word('X', at[0]) + ' ' + word('Y', at[1]);
 }
 
-/// A cutting move, with the feed where it changes.
+/// A cutting move, with the feed where it changes; before it where a line would be too long.
 void GcodeWriter::say_move(std::string_view code, std::string_view rest, Feed feed) {
   const std::string rate = "F" + number(feed.in_mm_s() * 60, kMmDecimals);
   std::string block(code);
   block += ' ';
   block += rest;
-  if (rate != feed_) block += ' ' + rate;
+  if (rate != feed_) {
+    if (block.size() + 1 + rate.size() <= wording_.max_characters) {
+      block += ' ' + rate;
+    } else {
+      line(wording_.is_one_command_a_line ? "G1 " + rate : rate);
+    }
+  }
   feed_ = rate;
   line(block);
+}
+
+void GcodeWriter::say_rapid(std::string_view rest) {
+  if (wording_.rapids_need_a_feed) return say_move("G0", rest, *setting_.rapid);
+  line(fmt::format("G0 {}", rest));
 }
 
 void GcodeWriter::leave_cycle() {
@@ -69,7 +80,7 @@ void GcodeWriter::leave_cycle() {
 void GcodeWriter::rise() {
   if (height_ == Height::Safe) return;
   leave_cycle();
-  line("G0 " + word('Z', steps(setting_.safe_z.in_mm())));
+  say_rapid(word('Z', steps(setting_.safe_z.in_mm())));
   height_ = Height::Safe;
   told_z_.reset();
 }
@@ -78,7 +89,7 @@ void GcodeWriter::rise() {
 void GcodeWriter::go_to(const Place& at) {
   leave_cycle();
   rise();
-  if (told_ != at) line("G0 " + words(at));
+  if (told_ != at) say_rapid(words(at));
   told_ = at;
 }
 
@@ -91,8 +102,11 @@ bool GcodeWriter::start_spindle() {
     return false;
   }
   leave_cycle();
-  line(fmt::format("S{} M3", number(work_.speed->in_rpm(), 3)));
-  if (setting_.spin_up) line("G4 P" + number(setting_.spin_up->in_s(), 3));
+  const std::string speed = 'S' + number(work_.speed->in_rpm(), 3);
+  line(wording_.is_one_command_a_line ? "M3 " + speed : speed + " M3");
+  if (setting_.spin_up) {
+    line(std::string(wording_.dwell) + number(setting_.spin_up->in_s(), 3));
+  }
   spindle_runs_ = true;
   return true;
 }

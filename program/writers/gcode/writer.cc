@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/writers/gcode/writer.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -16,11 +17,17 @@ constexpr double kShortest_mm = 1e-4;
 constexpr double kFlat_mm = 1e-5;
 /// The radii of an arc's ends differ by rounding alone.
 constexpr double kOneRadius_mm = 1e-3;
+/// LinuxCNC backs off that much in G83 and G73.
+constexpr double kPeckClearance_mm = 0.254;
+/// More to a hole is a stroke that was mistyped.
+constexpr std::int64_t kMaxStrokes = 1000;
 
 }  // namespace
 
 GcodeWriter::GcodeWriter(ByteSink& bytes, ProgramWriterOptions options, GcodeSetting setting)
-    : ProgramWriter(bytes, std::nullopt, std::move(options)), setting_(std::move(setting)) {
+    : ProgramWriter(bytes, std::nullopt, std::move(options)),
+      setting_(std::move(setting)),
+      wording_(wording_of(setting_.flavour.value_or(GcodeFlavour::LinuxCnc))) {
 }
 
 /// XY plane, mm, no compensation, the first work zero, exact path, no cycle, absolute places,
@@ -29,7 +36,7 @@ void GcodeWriter::begin(const ProgramInfo& info) {
   ProgramWriter::begin(info);
   lose_tool_table();
   for (const std::string& words : options().comments) comment(words);
-  line("G17 G21 G40 G54 G61 G80 G90 G91.1 G94 G98");
+  line(wording_.head);
 }
 
 void GcodeWriter::put(const Operation& operation) {
@@ -40,7 +47,7 @@ void GcodeWriter::put(const Operation& operation) {
 
 void GcodeWriter::end() {
   if (!has_ended_) park({});
-  if (!has_ended_) line("M2");
+  if (!has_ended_ && !wording_.end.empty()) line(wording_.end);
 }
 
 // --- tools -------------------------------------------------------------------------------------
@@ -55,9 +62,14 @@ void GcodeWriter::take(const Tool& tool) {
   tool_ = tool;
   work_ = setting_.work_of(tool);
   const std::string size =
-      tool.diameter ? fmt::format(" ; {:.6g} mm", tool.diameter->in_mm()) : std::string();
-  line(fmt::format("T{} M6{}", tool.number, size));
-  if (setting_.has_length_offset) line(tool.number == 0 ? "G49" : "G43");
+      tool.diameter ? fmt::format("{:.6g} mm", tool.diameter->in_mm()) : std::string();
+  if (wording_.changes_tools) {
+    line(fmt::format("T{} M6{}{}", tool.number, size.empty() ? "" : " ; ", size));
+    if (setting_.has_length_offset) line(tool.number == 0 ? "G49" : "G43");
+  } else {
+    say_message(fmt::format("tool T{}{}{}", tool.number, size.empty() ? "" : ", ", size));
+    line("M0");
+  }
   height_ = Height::Unknown;
   told_.reset();
 }
@@ -84,8 +96,9 @@ void GcodeWriter::write(const Drill& drill) {
   if (pecking_ != Pecking::Off && !pecks) {
     lose_once(fmt::format("peck drilling of T{}, without peck_mm in [gcode],", tool_.number));
   }
-  if (work_.retract && !pecks) return drill_moves(at, *z, *feed);
-  drill_cycle(at, *z, *feed);
+  const bool has_cycle = wording_.has_cycles && (pecks || !work_.retract);
+  if (has_cycle) return drill_cycle(at, *z, *feed);
+  return pecks ? peck_moves(at, *z, *feed) : drill_moves(at, *z, *feed);
 }
 
 std::string_view GcodeWriter::cycle_code() {
@@ -117,18 +130,53 @@ void GcodeWriter::drill_cycle(const Place& at, Steps z, Feed infeed) {
 void GcodeWriter::drill_moves(const Place& at, Steps z, Feed infeed) {
   go_to(at);
   go_down(z, infeed);
-  say_move("G1", word('Z', steps(setting_.safe_z.in_mm())), *work_.retract);
-  height_ = Height::Safe;
-  told_z_.reset();
+  go_up(steps(setting_.safe_z.in_mm()));
+}
+
+/// What G83 and G73 do by themselves.
+void GcodeWriter::peck_moves(const Place& at, Steps z, Feed infeed) {
+  const Steps from = steps(rapid_limit().in_mm());
+  const Steps stroke = std::max<Steps>(1, steps(work_.peck->in_mm()));
+  const Steps clearance = steps(kPeckClearance_mm);
+  if ((from - z) / stroke >= kMaxStrokes) {
+    return refuse(fmt::format("a hole of T{} in more than {} strokes", tool_.number, kMaxStrokes),
+                  "a larger peck_mm in [gcode]");
+  }
+  go_to(at);
+  for (Steps bottom = from - stroke; bottom > z; bottom -= stroke) {
+    go_down(bottom, infeed);
+    const Steps again = std::min(from, bottom + clearance);
+    if (pecking_ == Pecking::Pulsing) {
+      go_up(again);
+    } else {
+      go_up(from);
+      if (again < from) say_rapid(word('Z', again));
+    }
+    height_ = Height::Down;
+  }
+  go_down(z, infeed);
+  go_up(steps(setting_.safe_z.in_mm()));
 }
 
 void GcodeWriter::go_down(Steps z, Feed infeed) {
   if (height_ == Height::Safe && setting_.approach_z && *setting_.approach_z < setting_.safe_z) {
-    line("G0 " + word('Z', steps(setting_.approach_z->in_mm())));
+    say_rapid(word('Z', steps(setting_.approach_z->in_mm())));
   }
   say_move("G1", word('Z', z), infeed);
   height_ = Height::Down;
   told_z_ = z;
+}
+
+/// Within the hole, or out of it.
+void GcodeWriter::go_up(Steps z) {
+  if (work_.retract) {
+    say_move("G1", word('Z', z), *work_.retract);
+  } else {
+    say_rapid(word('Z', z));
+  }
+  if (z < steps(setting_.safe_z.in_mm())) return;
+  height_ = Height::Safe;
+  told_z_.reset();
 }
 
 void GcodeWriter::write(const Slot&) {
@@ -218,11 +266,7 @@ bool GcodeWriter::write_arc(const Rout& rout, const Place& to, Feed feed, std::s
 /// The tool may be up already: M16 and M17 may stand anywhere.
 void GcodeWriter::write(const Retract& retract) {
   if (retract.with_clamping) lose_once("clamping while the router is raised (M16)");
-  if (height_ != Height::Down) return;
-  if (!work_.retract) return rise();
-  say_move("G1", word('Z', steps(setting_.safe_z.in_mm())), *work_.retract);
-  height_ = Height::Safe;
-  told_z_.reset();
+  if (height_ == Height::Down) go_up(steps(setting_.safe_z.in_mm()));
 }
 
 /// LinuxCNC's compensation needs a straight entry longer than the radius, which programs of boards
@@ -234,7 +278,7 @@ void GcodeWriter::write(const Compensation& compensation) {
 
 void GcodeWriter::write(const Dwell& dwell) {
   leave_cycle();
-  line(fmt::format("G4 P{:.6g}", dwell.duration.in_s()));
+  line(fmt::format("{}{:.6g}", wording_.dwell, dwell.duration.in_s()));
 }
 
 /// Coordinates count from the zero that holds when the program begins.

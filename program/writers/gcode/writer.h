@@ -12,7 +12,9 @@
 
 namespace panelcal {
 
-/// A G-code program for LinuxCNC (RS274NGC): millimetres, absolute, feeds in mm/min, G54.
+/// A G-code program: millimetres, absolute, feeds in mm/min, the first work zero (G54). For
+/// LinuxCNC (RS274NGC), or another control (GcodeFlavour), whose program has moves instead of
+/// cycles where it lacks these, and asks the operator for tools (M0) where it cannot change them.
 ///
 /// X and Y are what the machine is told, from the work zero that the options name, x right and y up
 /// whatever the program's axes; a G93 or FA of the program is in them. Z words are those of
@@ -26,6 +28,7 @@ namespace panelcal {
 /// or single moves where a tool's retract rate is known. Cycles have to be expanded
 /// (WalkOptions::slots, step_slots), structure as well.
 ///
+/// Precondition: what the flavour needs is there (check_output_format())
 /// Fails  translation-refused: no depth, infeed, feed or speed; a surface that reaches up to where
 /// the
 ///        tool moves rapidly; compensation by the control; M14; slots left whole. internal: a place
@@ -71,7 +74,9 @@ class GcodeWriter final : public ProgramWriter {
   void take(const Tool& tool);
   void drill_cycle(const Place& at, Steps z, Feed infeed);
   void drill_moves(const Place& at, Steps z, Feed infeed);
+  void peck_moves(const Place& at, Steps z, Feed infeed);
   void go_down(Steps z, Feed infeed);
+  void go_up(Steps z);
   bool write_arc(const Rout& rout, const Place& to, Feed feed, std::string_view z_word);
   std::string_view cycle_code();
 
@@ -104,7 +109,9 @@ class GcodeWriter final : public ProgramWriter {
   void write(const OpticalOrder&) { refuse_structure(); }
   void write(const SurfaceOrder&) {}  // what was probed is in the depths
   void refuse_structure();
+  std::string shown(std::string_view words) const;
   void comment(std::string_view words);
+  void say_message(std::string_view words);
   void change_expired(const Function& expired);
   void pause(std::string_view code, const std::optional<Position<frame::Machine>>& place = {});
   void park(const std::optional<Position<frame::Machine>>& place);
@@ -116,6 +123,7 @@ class GcodeWriter final : public ProgramWriter {
   std::string word(char letter, Steps value) const;
   std::string words(const Place& at) const;
   void say_move(std::string_view code, std::string_view rest, Feed feed);
+  void say_rapid(std::string_view rest);
   void leave_cycle();
   void rise();
   void go_to(const Place& at);
@@ -123,6 +131,7 @@ class GcodeWriter final : public ProgramWriter {
   void stop_spindle();
 
   GcodeSetting setting_;
+  GcodeWording wording_;
   Tool tool_;
   GcodeWork work_;  ///< its values
   Height height_ = Height::Unknown;

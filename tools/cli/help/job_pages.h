@@ -159,9 +159,12 @@ declares, at most six; where it declares others or none, or writes coordinates w
 0.001 mm or 0.0001 inch. The rounding is part of sigma and of the verdict. A coordinate that does
 not fit is an error. --resolution 0.1 writes tenths of a micrometre, for controls that read more.
 
-.ngc is G-code for LinuxCNC. [gcode] of machine.toml states how high the tool moves and, where the
+.ngc is G-code for LinuxCNC, or by --flavour for GRBL or Marlin, which get moves instead of cycles
+and M0 with the tool named. [gcode] of machine.toml states how high the tool moves and, where the
 program does not, how deep and how fast it works (docs/formats/gcode.md); a value that is missing in
-both is an error.
+both is an error:
+
+  $ panelcal run job.exc -m machine.toml --images pictures -o corrected.ngc --flavour grbl
 
   $ panelcal run job.exc -m machine.toml --measurements m.jsonl --explain L33
 

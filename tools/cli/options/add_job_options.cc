@@ -189,6 +189,12 @@ void add_run_options(CLI::App& command, RunOptions& o) {
   command.add_option("--to", o.format, "Output format (default: from the output's extension)")
       ->check(CLI::IsMember({"jsonl", "csv", "excellon", "sieb-meyer", "gcode", "svg"}));
   command
+      .add_option("--flavour",
+                  o.flavour,
+                  "Whose G-code (default: [gcode] flavour, else that of [machine] driver, else "
+                  "linuxcnc)")
+      ->check(CLI::IsMember({"linuxcnc", "grbl", "marlin"}));
+  command
       .add_option("--slots",
                   o.slots,
                   "Pass slots (G85, G87) on whole, or as holes and passes (default: keep for "

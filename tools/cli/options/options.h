@@ -53,7 +53,8 @@ struct RunOptions {
   std::string align;           ///< the panel was measured before; empty: it was not
   double valid_hours = 4;      ///< of `align`
   std::string output;
-  std::string format;  ///< empty: from the output's extension
+  std::string format;   ///< empty: from the output's extension
+  std::string flavour;  ///< of G-code; empty: as the machine's file says
   FactsFiles facts;
   std::string save_measurements;
   std::string save_probes;

@@ -3,6 +3,7 @@
 #include <string_view>
 
 #include "machine/config/machine_config.h"
+#include "machine/job/output/output_format.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -75,6 +76,33 @@ speed_rpm = 60000
 TEST(GcodeConfig, OnlyTheSafeHeightIsRequired) {
   EXPECT_EQ(refusal("[gcode]\nsafe_z_mm = 5\n"), "accepted");
   EXPECT_THAT(refusal("[gcode]\ndrill_z_mm = -1\n"), HasSubstr("safe_z_mm"));
+}
+
+TEST(GcodeConfig, TheFlavourIsThatOfTheKeyThenOfTheControlThenLinuxCncs) {
+  const auto flavour = [](const std::string& text) {
+    const auto config = parse_machine_config(text, "machine.toml");
+    return config ? std::string(name(gcode_flavour(*config))) : config.error().text();
+  };
+  const std::string control = "[machine]\ndriver = \"grbl\"\nhost = \"cnc\"\nsafe_z_mm = -1\n";
+  const std::string gcode = "[gcode]\nsafe_z_mm = 5\n";
+  EXPECT_EQ(flavour(gcode), "linuxcnc");
+  EXPECT_EQ(flavour(control + gcode), "grbl");
+  EXPECT_EQ(flavour(control + gcode + "flavour = \"marlin\"\n"), "marlin");
+  EXPECT_THAT(flavour(gcode + "flavour = \"mach3\"\n"), HasSubstr("\"grbl\" or \"marlin\""));
+}
+
+TEST(GcodeConfig, AFlavourNeedsWhatItsControlNeeds) {
+  const auto ready = [](const std::string& keys) {
+    const auto config = parse_machine_config("[gcode]\nsafe_z_mm = 5\n" + keys, "machine.toml");
+    if (!config) return config.error().text();
+    const auto done = check_output_format(OutputFormat::Gcode, *config);
+    return done ? std::string("ready") : done.error().text();
+  };
+  EXPECT_EQ(ready("flavour = \"grbl\"\n"), "ready");
+  EXPECT_EQ(ready("length_offset = true\n"), "ready");
+  EXPECT_THAT(ready("flavour = \"grbl\"\nlength_offset = true\n"), HasSubstr("G43"));
+  EXPECT_THAT(ready("flavour = \"marlin\"\n"), HasSubstr("rapid_mm_s"));
+  EXPECT_EQ(ready("flavour = \"marlin\"\nrapid_mm_s = 50\n"), "ready");
 }
 
 TEST(GcodeConfig, HeightsAreInOrder) {
