@@ -138,7 +138,7 @@ COMMANDS = {
 }
 # Options with a text that name no output; all others with a text are tried as outputs.
 NO_OUTPUTS = {
-    "--address", "--against", "--align", "--area", "--at", "--by", "--camera", "--certificate", "--clock", "--explain", "--form", "--format", "--grid",
+    "--address", "--against", "--align", "--area", "--at", "--by", "--camera", "--certificate", "--clock", "--explain", "--flavour", "--form", "--format", "--grid",
     "--host-name", "--images", "--key", "--kind", "--ledger", "--log-level", "--machine", "--machine-driver",
     "--measurements", "--model", "--only", "--panel", "--parameter", "--pattern", "--plate", "--probes", "--profile", "--program", "--program-format", "--range",
     "--reason", "--seed", "--since", "--slots", "--subject", "--surface", "--to", "--truth",

@@ -20,7 +20,7 @@ constexpr double kOneRadius_mm = 1e-3;
 /// LinuxCNC backs off that much in G83 and G73.
 constexpr double kPeckClearance_mm = 0.254;
 /// More to a hole is a stroke that was mistyped.
-constexpr std::int64_t kMaxStrokes = 1000;
+constexpr std::int64_t kMaxPeckStrokes = 1000;
 
 }  // namespace
 
@@ -138,8 +138,8 @@ void GcodeWriter::peck_moves(const Place& at, Steps z, Feed infeed) {
   const Steps from = steps(rapid_limit().in_mm());
   const Steps stroke = std::max<Steps>(1, steps(work_.peck->in_mm()));
   const Steps clearance = steps(kPeckClearance_mm);
-  if ((from - z) / stroke >= kMaxStrokes) {
-    return refuse(fmt::format("a hole of T{} in more than {} strokes", tool_.number, kMaxStrokes),
+  if ((from - z) / stroke >= kMaxPeckStrokes) {
+    return refuse(fmt::format("a hole of T{} in more than {} strokes", tool_.number, kMaxPeckStrokes),
                   "a larger peck_mm in [gcode]");
   }
   go_to(at);
