@@ -3,9 +3,12 @@
 """From a KiCad board to corrected holes: fiducials out of F.Cu's Gerber file, one alignment, and the plated
 and the unplated holes where the panel has them.
 
+A newcomer comes from those files to programs of a GRBL in five commands, and edits no file.
+
     align_kicad_test.py PANELCAL ROOT
 """
 import json
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -13,6 +16,7 @@ from pathlib import Path
 
 from aligned_panel import Panel, distance_in_sigmas, prepare
 from demo_job import drilled, run
+from gcode_test import cuts, walk
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 from facts import checked  # noqa: E402
@@ -31,6 +35,37 @@ def holes_of(path):
             x, y = line[1:].split("G85")[0].split("Y")
             places.append((float(x), float(y)))
     return places
+
+
+ISOLATION = "G21 G90\nG0 Z5\nG0 X80 Y-130\nG1 Z-0.1 F100\nG1 X220 Y-50\nG0 Z5\nM2\n"
+LONGEST_ERROR_MM = 0.01  # of the fit, at 10 um per pixel
+
+
+def newcomer(panelcal, folder, stem, pads, panel):
+    """docs/howto/align.md, with pictures that were taken before, in the order of the pads."""
+    # The shop: its pictures of this panel, its camera, what a CAM system wrote.
+    (folder / "pads.exc").write_text("M48\nMETRIC,TZ\nVER,1\n%\nG34,1\n" + "".join(
+        f"G36X{x:.3f}Y{y:.3f}\n" for x, y in pads) + "M30\n")
+    run(panelcal, "synth", "pads.exc", "-m", "machine.toml", "-o", "pictures", cwd=folder)
+    home = folder / "home"
+    home.mkdir()
+    for name in (f"{stem}-F_Cu.gbr", f"{stem}-PTH.drl", f"{stem}-NPTH.drl", "camera.cal.json"):
+        shutil.copy(folder / name, home)
+    (home / "isolation.ngc").write_text(ISOLATION)
+    for words in (
+            ("init", "--template", "usb-camera-grbl", "--camera-offset-mm", "50,3", "--camera-offset-sigma-um", "5",
+             "camera.cal.json"),
+            ("align", f"{stem}-F_Cu.gbr", "-m", "machine.toml", "--images", "../pictures", "-o", "board.align.json"),
+            ("run", f"{stem}-PTH.drl", "-m", "machine.toml", "--align", "board.align.json", "-o", "pth.ngc"),
+            ("run", f"{stem}-NPTH.drl", "-m", "machine.toml", "--align", "board.align.json", "-o", "npth.ngc"),
+            ("align", "apply", "isolation.ngc", "-m", "machine.toml", "--align", "board.align.json", "-o", "moved.ngc")):
+        run(panelcal, *words, cwd=home)
+    for kind in ("PTH", "NPTH"):
+        wanted = [panel.actual(hole) for hole in holes_of(home / f"{stem}-{kind}.drl")]
+        told = [place[:2] for word, place in cuts(walk(home / f"{kind.lower()}.ngc", "grbl")) if word == "down"]
+        for a, b in zip(told, wanted, strict=True):
+            assert max(abs(u - v) for u, v in zip(a, b)) < LONGEST_ERROR_MM, (kind, a, b)
+    assert "G1 X" in (home / "moved.ngc").read_text()
 
 
 def main():
@@ -68,6 +103,7 @@ def main():
             assert f"\n{plating} holes of layers 1 to 2: T1 " in said and "ComponentDrill" in said, said
             stated = checked(json.loads((folder / "check.json").read_text()), ROOT)["job"]["attributes"]
             assert stated["file_function"].endswith(f",1,2,{kind}") and stated["tools"], stated
+        newcomer(panelcal, folder, stem, [m["nominal"] for m in alignment["measurements"]], panel)
         print(f"{n} holes")
         assert n > 200, n
     return 0

@@ -92,6 +92,7 @@ HARD = {"hard-of-coupon": "coupon.json", "hard-of-map": "map.json", "hard-of-pic
 KEY = "--machine 'drill 1' --kind spindle-camera --subject 'spindle 1 station 1'"
 SURFACE_PLAN = "--tolerance-um 20 --program job.exc -m machine.toml map.json"
 COMMANDS = {
+    "init": "--template folder camera.cal.json",
     "check": "job.exc -m machine.toml",
     "survey": "job.exc -m machine.toml",
     "plan": "job.exc -m machine.toml --measurements measurements.jsonl",
@@ -138,10 +139,10 @@ COMMANDS = {
 }
 # Options with a text that name no output; all others with a text are tried as outputs.
 NO_OUTPUTS = {
-    "--address", "--against", "--align", "--area", "--at", "--by", "--camera", "--certificate", "--clock", "--explain", "--flavour", "--form", "--format", "--grid",
-    "--host-name", "--images", "--key", "--kind", "--ledger", "--log-level", "--machine", "--machine-driver",
-    "--measurements", "--model", "--only", "--panel", "--parameter", "--pattern", "--plate", "--probes", "--profile", "--program", "--program-format", "--range",
-    "--reason", "--seed", "--since", "--slots", "--subject", "--surface", "--to", "--truth",
+    "--address", "--against", "--align", "--area", "--at", "--by", "--camera", "--certificate", "--clock", "--device", "--explain", "--flavour", "--form", "--format", "--grid",
+    "--host", "--host-name", "--images", "--key", "--kind", "--ledger", "--log-level", "--machine", "--machine-driver",
+    "--measurements", "--model", "--name", "--only", "--panel", "--parameter", "--pattern", "--plate", "--probes", "--profile", "--program", "--program-format", "--range",
+    "--reason", "--seed", "--since", "--slots", "--subject", "--surface", "--template", "--to", "--truth",
     "--unit", "--voids-of", "--zero", "--zone", "--zones"}
 OUTPUTS = {"--jobs", "--json", "--linuxcnc", "--output", "--overlay", "--report",
            "--save-measurements", "--save-probes", "--token-file"}

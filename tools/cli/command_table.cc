@@ -34,6 +34,8 @@ constexpr CommandRow row(std::string_view name, std::string_view summary, std::s
 }
 
 constexpr auto kCommands = std::to_array<CommandRow>({
+    row<InitOptions, add_init_options>(
+        "init", "Write a machine file with comments, for a start", pages::kInit),
     row<CheckOptions, add_check_options>(
         "check", "Read and verify a part program, a machine file, or both", pages::kCheck),
     row<SurveyOptions, add_survey_options>(

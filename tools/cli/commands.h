@@ -38,6 +38,7 @@ Expected<Answer> run_command(const SynthOptions& options, CommandContext& contex
 Expected<Answer> run_command(const BatchOptions& options, CommandContext& context);
 Expected<Answer> run_command(const NightlyOptions& options, CommandContext& context);
 Expected<Answer> run_command(const ServeOptions& options, CommandContext& context);
+Expected<Answer> run_command(const InitOptions& options, CommandContext& context);
 
 namespace align {
 Expected<Answer> measure(const AlignOptions& options, CommandContext& context);

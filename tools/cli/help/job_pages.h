@@ -6,6 +6,34 @@
 // Pages of the commands for jobs and nights: example, explanation and exit codes.
 namespace panelcal::pages {
 
+inline constexpr std::string_view kInit = R"(Examples
+  $ panelcal init --template usb-camera-grbl --name "garage mill" --device /dev/ttyACM0 \
+      --camera v4l2:/dev/video2 --um-per-px 18
+  machine.toml written, and camera.cal.json with a scale that is assumed; lines with "assumed" are to
+  be measured, its head says how
+  $ panelcal init --template folder camera.cal.json -o bench.toml
+  $ panelcal init --template usb-camera-linuxcnc --camera-offset-mm 52.3,-8.1 \
+      --camera-offset-sigma-um 15 --safe-z-mm -2 camera.cal.json
+
+Writes a machine.toml that every command takes at once, each key behind a line of help. At a terminal
+it asks for the kind of machine where --template does not say it.
+
+What nobody has measured is marked "assumed", with the command that measures it. Assumed numbers are
+as unsure as they look: until the camera and the spindle-camera offset are calibrated, [tolerance]
+holds the jobs. Without CALIBRATION a camera.cal.json is written beside it: a camera that looks
+straight down, its scale by --um-per-px known to 2 %, its rotation to 50 mrad.
+
+No file is replaced.
+
+Templates
+  usb-camera-linuxcnc  a mill or router with LinuxCNC, and a USB camera
+  usb-camera-grbl      a mill or router with GRBL, grblHAL or FluidNC, and a USB camera
+  gige-cnc7            a drilling machine that reads Excellon CNC-7, and a GigE Vision camera
+  folder               pictures in folders, without a machine
+
+Exit codes
+  0 done; 2 bad input or usage, or a file is there already; 3 the disk or the environment failed)";
+
 inline constexpr std::string_view kCheck = R"(Example
   $ panelcal check datasets/demo/panel.exc -m datasets/demo/machine.toml
   datasets/demo/panel.exc: Excellon, metric 3.3, trailing zeros kept (line 9: METRIC,TZ)

@@ -11,6 +11,7 @@ class App;
 // tools/cli/command_table.cc name them.
 namespace panelcal {
 
+void add_init_options(CLI::App& command, InitOptions& o);
 void add_check_options(CLI::App& command, CheckOptions& o);
 void add_survey_options(CLI::App& command, SurveyOptions& o);
 void add_plan_options(CLI::App& command, PlanOptions& o);

@@ -15,6 +15,7 @@
 #include "tools/cli/options/calibrate_options.h"
 #include "tools/cli/options/file_options.h"
 #include "tools/cli/options/history_options.h"
+#include "tools/cli/options/init_options.h"
 #include "tools/cli/options/surface_options.h"
 
 namespace panelcal {
@@ -177,7 +178,8 @@ using CommandOptions = std::variant<CheckOptions,
                                     HistoryOptions,
                                     ApplyOptions,
                                     SurfaceOptions,
-                                    AlignOptions>;
+                                    AlignOptions,
+                                    InitOptions>;
 
 struct Answer;
 struct CommandContext;
