@@ -118,7 +118,7 @@ class MachineText {
 
   void say(std::string_view key, const std::string& value) { say(key, value, ""); }
 
-  /// A number that nobody has measured; `how` it is measured.
+  /// A number that was not measured; `how` it is measured.
   void assume(std::string_view key, const std::string& value, std::string_view how) {
     say(key, value, fmt::format("  # assumed; {}", how));
   }
@@ -243,7 +243,7 @@ std::string head(const MachineAnswers& answers, std::string_view file) {
   const std::string source = is_live ? fmt::format("--camera '{}'", camera) : "--images PICTURES";
   std::string out = fmt::format("# {}\n#\n", usual(answers.kind).summary);
   append_comment(out,
-                 "A line with \"assumed\" holds a number that nobody has measured on this machine. "
+                 "A line with \"assumed\" holds a number that was not measured on this machine. "
                  "Jobs are held while such a number makes holes too unsure for [tolerance].");
   append_format(out, "#\n#   panelcal check -m {}\n", file);
   if (answers.calibration.empty() && is_live) {

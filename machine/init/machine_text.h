@@ -45,7 +45,7 @@ struct MachineAnswers {
 /// The name of the assumed camera calibration beside machine.toml.
 inline constexpr std::string_view kAssumedCameraFile = "camera.cal.json";
 
-/// machine.toml for these answers: each key behind its line of help. Numbers that nobody has
+/// machine.toml for these answers: each key behind its line of help. Numbers that were not
 /// measured are marked "assumed", and the head says which commands measure them.
 ///
 /// In     file: its name, for the commands in the head
@@ -53,7 +53,7 @@ inline constexpr std::string_view kAssumedCameraFile = "camera.cal.json";
 std::string machine_text(const MachineAnswers& answers, std::string_view file);
 
 /// A camera that looks straight down, square to the machine, with its axis in the picture's middle,
-/// as uncertain as a camera that somebody has just screwed on: 2 % of scale, 50 mrad, 20 px.
+/// as uncertain as a camera that was just screwed on: 2 % of scale, 50 mrad, 20 px.
 ///
 /// In     date: of the file
 CameraCalibration assumed_camera(const MachineAnswers& answers, std::chrono::sys_seconds date);

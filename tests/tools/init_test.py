@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""`panelcal init`: files that every command takes, and that stand in nobody's way.
+"""`panelcal init`: files that every command takes, and that replace none.
 
     init_test.py PANELCAL ROOT
 """

@@ -28,7 +28,7 @@ Diagnostic init_usage(std::string what, std::string expected) {
 }
 
 /// Asks a person; an empty answer is the default.
-Expected<std::string> ask(const std::string& question, std::string_view usual) {
+Expected<std::string> ask_line(const std::string& question, std::string_view usual) {
   std::cerr << fmt::format("{} [{}]: ", question, usual) << std::flush;
   std::string answer;
   if (!std::getline(std::cin, answer)) {
@@ -50,13 +50,13 @@ Expected<void> ask_for_rest(InitOptions& options) {
   for (const MachineKind kind : kKinds) {
     std::cerr << fmt::format("  {:20} {}\n", name(kind), summary(kind));
   }
-  PANELCAL_TRY(options.kind, ask("Kind of machine", name(MachineKind::UsbCameraGrbl)));
+  PANELCAL_TRY(options.kind, ask_line("Kind of machine", name(MachineKind::UsbCameraGrbl)));
   if (!machine_kind_from_name(options.kind)) {
     return failure(init_usage("no kind of machine is called " + quoted(options.kind),
                               "one of the names above"));
   }
   if (options.name.empty()) {
-    PANELCAL_TRY(options.name, ask("Name of the machine", "my machine"));
+    PANELCAL_TRY(options.name, ask_line("Name of the machine", "my machine"));
   }
   return {};
 }
@@ -88,7 +88,7 @@ MachineAnswers answers_of(const InitOptions& options) {
   return answers;
 }
 
-/// A new file stands in nobody's way.
+/// A new file replaces none.
 Expected<void> check_is_new(const std::filesystem::path& file) {
   std::error_code ignored;
   if (!std::filesystem::exists(std::filesystem::symlink_status(file, ignored))) return {};
@@ -98,7 +98,7 @@ Expected<void> check_is_new(const std::filesystem::path& file) {
                   "-o with another name, or move that file away"});
 }
 
-/// What is wrong with an answer is found by reading the file, as every command will.
+/// Reading the file, as every command will, finds a wrong answer.
 Expected<void> write_machine(const MachineAnswers& answers, const std::filesystem::path& file) {
   const std::string text = machine_text(answers, file.filename().string());
   PANELCAL_TRY(const MachineConfig config, parse_machine_config(text, file.string()));

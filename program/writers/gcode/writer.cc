@@ -139,8 +139,9 @@ void GcodeWriter::peck_moves(const Place& at, Steps z, Feed infeed) {
   const Steps stroke = std::max<Steps>(1, steps(work_.peck->in_mm()));
   const Steps clearance = steps(kPeckClearance_mm);
   if ((from - z) / stroke >= kMaxPeckStrokes) {
-    return refuse(fmt::format("a hole of T{} in more than {} strokes", tool_.number, kMaxPeckStrokes),
-                  "a larger peck_mm in [gcode]");
+    return refuse(
+        fmt::format("a hole of T{} in more than {} strokes", tool_.number, kMaxPeckStrokes),
+        "a larger peck_mm in [gcode]");
   }
   go_to(at);
   for (Steps bottom = from - stroke; bottom > z; bottom -= stroke) {

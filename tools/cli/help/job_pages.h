@@ -18,7 +18,7 @@ inline constexpr std::string_view kInit = R"(Examples
 Writes a machine.toml that every command takes at once, each key behind a line of help. At a terminal
 it asks for the kind of machine where --template does not say it.
 
-What nobody has measured is marked "assumed", with the command that measures it. Assumed numbers are
+What was not measured is marked "assumed", with the command that measures it. Assumed numbers are
 as unsure as they look: until the camera and the spindle-camera offset are calibrated, [tolerance]
 holds the jobs. Without CALIBRATION a camera.cal.json is written beside it: a camera that looks
 straight down, its scale by --um-per-px known to 2 %, its rotation to 50 mrad.

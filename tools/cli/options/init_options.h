@@ -7,7 +7,7 @@
 
 namespace panelcal {
 
-/// Answers of `panelcal init`; what is empty is asked for at a terminal, or assumed.
+/// Answers of `panelcal init`. An empty one is asked for at a terminal, or assumed.
 struct InitOptions {
   std::string kind;  ///< empty: asked for
   std::string output = "machine.toml";
