@@ -24,7 +24,7 @@ std::optional<MachineKind> machine_kind_from_name(std::string_view name);
 /// A line about the kind, for people who choose.
 std::string_view summary(MachineKind kind);
 
-/// What a person says of the machine; the rest is assumed, and marked so.
+/// Answers of a person about the machine; the rest is assumed, and marked so.
 struct MachineAnswers {
   MachineKind kind = MachineKind::Folder;
   std::string name = "my machine";
