@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "tools/batch/store/outcome.h"
@@ -11,24 +12,37 @@
 
 namespace panelcal::batch {
 
+/// A number of jobs, done or to be done, with what came of them.
+struct JobCount {
+  std::int64_t n_jobs = 0;  ///< to be done
+  std::int64_t n_done = 0;
+  std::int64_t n_held = 0;
+  std::int64_t n_failed = 0;
+  std::int64_t n_pictures = 0;
+
+  bool is_whole() const { return n_done >= n_jobs; }
+  void add(const JobOutcome& job);
+  JobCount& operator+=(const JobCount& other);
+};
+
 /// Tells how far a batch is, with its rate and the time that is left: a line that is drawn anew on
 /// a terminal, a line now and then in a log.
 class Progress {
  public:
   Progress(Console& console, std::size_t n_jobs);
 
-  void count(const JobOutcome& job);
+  void count(const JobOutcome& job) { count_.add(job); }
+  /// Instead of counting: all that is done, by this process or others, and a word about them.
+  void set(const JobCount& count, std::string note);
   void show();
 
  private:
   std::string text(double seconds) const;
 
   Console& console_;
-  std::size_t n_jobs_;
-  std::size_t n_done_ = 0;
-  std::int64_t n_pictures_ = 0;
-  std::size_t n_held_ = 0;
-  std::size_t n_failed_ = 0;
+  JobCount count_;
+  std::optional<JobCount> before_;  ///< at the first `set`
+  std::string note_;
   bool is_terminal_;
   std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
   std::chrono::steady_clock::time_point shown_ = begun_;
