@@ -252,7 +252,9 @@ Expected<std::int64_t> Store::take_in(const std::filesystem::path& part) {
   std::error_code error;
   const std::array<StoredValue, 1> name = {std::filesystem::absolute(part, error).string()};
   PANELCAL_CHECK(run("ATTACH DATABASE ? AS part", name));
-  PANELCAL_TRY(SqliteTransaction transaction, of_store(SqliteTransaction::begin(*connection_)));
+  // Not immediate: that would write to the part as well, and a kill leave a journal of both.
+  PANELCAL_TRY(SqliteTransaction transaction,
+               of_store(SqliteTransaction::begin(*connection_, "BEGIN")));
   for (const StoreTable& table : kStoreTables) {
     const std::string_view key = table.name == "job" ? "number" : "job";
     PANELCAL_CHECK(of_store(connection_->run(
