@@ -94,6 +94,7 @@ SURFACE_PLAN = "--tolerance-um 20 --program job.exc -m machine.toml map.json"
 COMMANDS = {
     "init": "--template folder camera.cal.json",
     "check": "job.exc -m machine.toml",
+    "doctor": "-m machine.toml",
     "survey": "job.exc -m machine.toml",
     "plan": "job.exc -m machine.toml --measurements measurements.jsonl",
     "run": "job.exc -m machine.toml --images images --probes probes.jsonl --surface map.json "

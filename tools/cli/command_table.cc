@@ -38,6 +38,8 @@ constexpr auto kCommands = std::to_array<CommandRow>({
         "init", "Write a machine file with comments, for a start", pages::kInit),
     row<CheckOptions, add_check_options>(
         "check", "Read and verify a part program, a machine file, or both", pages::kCheck),
+    row<DoctorOptions, add_doctor_options>(
+        "doctor", "Say what of a machine is missing, assumed, stale or broken", pages::kDoctor),
     row<SurveyOptions, add_survey_options>(
         "survey", "List the measurements and probes a program asks for, in order", pages::kSurvey),
     row<PlanOptions, add_plan_options>(

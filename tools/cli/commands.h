@@ -39,6 +39,7 @@ Expected<Answer> run_command(const BatchOptions& options, CommandContext& contex
 Expected<Answer> run_command(const NightlyOptions& options, CommandContext& context);
 Expected<Answer> run_command(const ServeOptions& options, CommandContext& context);
 Expected<Answer> run_command(const InitOptions& options, CommandContext& context);
+Expected<Answer> run_command(const DoctorOptions& options, CommandContext& context);
 
 namespace align {
 Expected<Answer> measure(const AlignOptions& options, CommandContext& context);

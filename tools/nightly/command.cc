@@ -14,8 +14,8 @@
 #include "calib/base/files/digest.h"
 #include "calib/base/interruption.h"
 #include "machine/config/machine_config.h"
+#include "machine/devices/no_devices.h"
 #include "machine/files/machine_files.h"
-#include "machine/job/text_variables.h"
 #include "machine/nightly/nightly.h"
 #include "machine/nightly/record/night_files.h"
 #include "machine/nightly/record/night_lock.h"
@@ -25,40 +25,12 @@
 #include "tools/cli/output_paths.h"
 #include "tools/cli/process/version.h"
 #include "tools/cli/provenance.h"
+#include "tools/cli/stated_clock.h"
 #include "tools/nightly/report.h"
 #include <fmt/format.h>
 
 namespace panelcal {
 namespace {
-
-/// The clock on the wall, or one that stands still.
-Expected<Clock> clock_of(const std::string& text) {
-  if (text.empty()) return system_clock();
-  std::string bare = text;
-  if (bare.ends_with('Z')) bare.pop_back();
-  PANELCAL_TRY(const std::string time, wall_time(bare, {}));
-  return fixed_clock(*from_iso_8601(time + "Z"));
-}
-
-/// For dry runs, which open no device.
-class NoDevices final : public Stage, public Spindle, public CameraDevice {
- public:
-  Expected<Position<frame::Machine>> move_to(const Position<frame::Machine>& /*spindle*/) override {
-    return failure(problem(Code::DeviceStage));
-  }
-  Expected<void> drill(int /*tool*/) override { return failure(problem(Code::DeviceStage)); }
-  Expected<Image> take() override { return failure(problem(Code::DeviceFrame)); }
-  std::string name() const override { return "dry run"; }
-  bool can_set(CameraSetting /*setting*/) const override { return false; }
-  Expected<void> set(CameraSetting /*setting*/, double /*value*/) override {
-    return failure(problem(Code::NotSupported));
-  }
-
- private:
-  static Diagnostic problem(Code code) {
-    return {code, {"dry run", 0, 0}, "a dry run uses no device", ""};
-  }
-};
 
 /// One call of `panelcal nightly`.
 class NightlyRun {
@@ -88,7 +60,7 @@ class NightlyRun {
   }
 
   Expected<void> check_options() {
-    PANELCAL_TRY(clock_, clock_of(options_.clock));
+    PANELCAL_TRY(clock_, stated_clock(options_.clock));
     // A value that is no number passes every range.
     if (options_.temperature_c && !std::isfinite(*options_.temperature_c)) {
       return failure({Code::Usage,
@@ -124,7 +96,7 @@ class NightlyRun {
     if (options_.is_dry_run) {
       PANELCAL_CHECK(read_config());
       NoDevices none;
-      return run_nightly(job({none, none, none, {}, {}}, nullptr));
+      return run_nightly(job(none.devices(), nullptr));
     }
     // A machine file that is not valid leaves no traces.
     const Expected<void> readable = read_config();

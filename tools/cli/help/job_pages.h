@@ -34,6 +34,36 @@ Templates
 Exit codes
   0 done; 2 bad input or usage, or a file is there already; 3 the disk or the environment failed)";
 
+inline constexpr std::string_view kDoctor = R"(Examples
+  $ panelcal doctor -m datasets/demo/machine.toml
+  ok        machine.toml: "demo driller", read with all that it names
+  ...
+  ready: 0 failing, 1 warning
+  $ panelcal doctor -m machine.toml --camera v4l2:/dev/video0 --devices
+
+Looks at machine.toml and at everything that it names, and says in a line each what is well, what is
+missing or stale, what was only assumed, and what would fail tonight, with what to do about it:
+machine.toml held against itself, calibrations and their dates, the smallest error that any hole can
+have against [tolerance], programs of commands, the ledger, the reports' folder, the disk, the night
+that comes (a dry run).
+
+Nothing moves and nothing is written. --devices also opens and closes the camera, which takes a
+picture, and the control, which has to be ready: switched on, homed, idle. Only while no other
+program uses them: opening GRBL's serial device resets it, and LinuxCNC gives its control to the
+newest client.
+
+States
+  ok         nothing is to be done
+  warning    jobs and nights run, and somebody should know
+  fails      a job or a night would fail or be held
+  not tried  the line says what would try it
+
+Files
+  --json FILE is a document by share/schema/doctor.schema.json.
+
+Exit codes
+  0 nothing fails; 1 something does; 2 bad input or usage; 3 the environment failed)";
+
 inline constexpr std::string_view kCheck = R"(Example
   $ panelcal check datasets/demo/panel.exc -m datasets/demo/machine.toml
   datasets/demo/panel.exc: Excellon, metric 3.3, trailing zeros kept (line 9: METRIC,TZ)

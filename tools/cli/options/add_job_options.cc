@@ -159,6 +159,17 @@ void add_check_options(CLI::App& command, CheckOptions& o) {
   add_reading(command, o.reading);
 }
 
+void add_doctor_options(CLI::App& command, DoctorOptions& o) {
+  command.add_option("-m,--machine", o.machine, "machine.toml")->required();
+  command.add_option("--camera", o.camera, "Address of the camera (default: that of [nightly])");
+  command.add_flag("--devices",
+                   o.opens_devices,
+                   "Open camera and control too; only while no other program uses them");
+  add_json(command, o.facts);
+  command.add_option(
+      "--clock", o.clock, "Date and time in UTC, such as 2026-11-21T02:00:00Z (default: now)");
+}
+
 void add_survey_options(CLI::App& command, SurveyOptions& o) {
   command.add_option("PROGRAM", o.program, "Part program; - is standard input")->required();
   command.add_option("-m,--machine", o.machine, "machine.toml")->required();

@@ -12,6 +12,7 @@ class App;
 namespace panelcal {
 
 void add_init_options(CLI::App& command, InitOptions& o);
+void add_doctor_options(CLI::App& command, DoctorOptions& o);
 void add_check_options(CLI::App& command, CheckOptions& o);
 void add_survey_options(CLI::App& command, SurveyOptions& o);
 void add_plan_options(CLI::App& command, PlanOptions& o);

@@ -34,6 +34,14 @@ struct CheckOptions {
   ReadingTerms reading;
 };
 
+struct DoctorOptions {
+  std::string machine;
+  std::string camera;  ///< its address; empty: that of [nightly]
+  bool opens_devices = false;
+  FactsFiles facts;
+  std::string clock;  ///< UTC: 2026-11-21T02:00:00Z; empty: now
+};
+
 struct SurveyOptions {
   std::string program;
   std::string machine;
@@ -183,7 +191,8 @@ using CommandOptions = std::variant<CheckOptions,
                                     ApplyOptions,
                                     SurfaceOptions,
                                     AlignOptions,
-                                    InitOptions>;
+                                    InitOptions,
+                                    DoctorOptions>;
 
 struct Answer;
 struct CommandContext;
