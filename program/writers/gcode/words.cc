@@ -30,10 +30,15 @@ GcodeWriter::Steps GcodeWriter::steps(double value_mm) {
   return 0;
 }
 
-/// Counted from one zero all along, so that nothing in the program shifts coordinates.
+/// Counted from one zero all along, so that nothing in the program shifts coordinates: work zero,
+/// which counts from absolute zero.
+Eigen::Vector2d GcodeWriter::from_zero_mm(const Position<frame::Machine>& actual) const {
+  return (actual - options().absolute_zero).in_mm() - options().work_zero.in_mm();
+}
+
 GcodeWriter::Place GcodeWriter::place_of(const Position<frame::Machine>& actual) {
-  const Eigen::Vector2d from_zero_mm = (actual - options().work_zero).in_mm();
-  return {steps(from_zero_mm.x()), steps(from_zero_mm.y())};
+  const Eigen::Vector2d at_mm = from_zero_mm(actual);
+  return {steps(at_mm.x()), steps(at_mm.y())};
 }
 
 Eigen::Vector2d GcodeWriter::in_mm(const Place& at) {

@@ -238,7 +238,7 @@ void GcodeWriter::write(const Rout& rout) {
 /// onto their bisector.
 bool GcodeWriter::write_arc(const Rout& rout, const Place& to, Feed feed, std::string_view z_word) {
   const Eigen::Vector2d from_mm = in_mm(*told_), to_mm = in_mm(to);
-  const Eigen::Vector2d center_mm = (rout.center - options().work_zero).in_mm();
+  const Eigen::Vector2d center_mm = from_zero_mm(rout.center);
   const Eigen::Vector2d chord_mm = to_mm - from_mm;
   if (!(chord_mm.norm() > kShortest_mm)) return false;
   const double mismatch_mm = (from_mm - center_mm).norm() - (to_mm - center_mm).norm();

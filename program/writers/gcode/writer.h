@@ -118,6 +118,7 @@ class GcodeWriter final : public ProgramWriter {
 
   // words.cc
   Steps steps(double value_mm);
+  Eigen::Vector2d from_zero_mm(const Position<frame::Machine>& actual) const;
   Place place_of(const Position<frame::Machine>& actual);
   static Eigen::Vector2d in_mm(const Place& at);
   std::string word(char letter, Steps value) const;

@@ -205,6 +205,34 @@ TEST(GcodeWriter, AMovedWorkZeroIsInTheCoordinates) {
   EXPECT_THAT(write_out({take(1), zero, moved}).text, HasSubstr("G81 X11 Y22 Z"));
 }
 
+TEST(GcodeWriter, WorkZeroCountsFromAbsoluteZero) {
+  const auto text_of = [](const ProgramWriterOptions& options, const Eigen::Vector2d& zero_mm) {
+    const auto moved = [&](PlacedPoint& point) {
+      point.actual = position_mm<frame::Machine>(zero_mm + point.commanded.in_mm());
+    };
+    Drill hole = drill(1, 10, 20);
+    RapidMove start = rapid_move(30, 0);
+    Rout arc = rout_arc(RoutKind::Clockwise, 1, 50, 0, 40, 0);
+    moved(hole);
+    moved(start);
+    moved(arc);
+    arc.center = position_mm<frame::Machine>(zero_mm + Eigen::Vector2d(40, 0));
+    StringSink bytes;
+    GcodeWriter writer(bytes, options, on_the_board());
+    writer.begin(metric_info());
+    put_all(writer, {take(1), hole, start, Plunge{}, arc});
+    EXPECT_TRUE(writer.finish());
+    return bytes.text();
+  };
+  const auto work_zero = position_mm<frame::Machine>(100, 50);
+  const std::string text =
+      text_of({.absolute_zero = position_mm<frame::Machine>(-1000, 20), .work_zero = work_zero},
+              {-900, 70});
+  EXPECT_THAT(text, HasSubstr("G81 X10 Y20 Z"));
+  EXPECT_THAT(text, HasSubstr("G2 X50 Y0 I10 J0"));
+  EXPECT_EQ(text, text_of({.work_zero = work_zero}, {100, 50}));
+}
+
 TEST(GcodeWriter, CoordinatesArePlainNumbers) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const double bad : {nan, std::numeric_limits<double>::infinity(), 1e12}) {
