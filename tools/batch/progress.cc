@@ -23,13 +23,20 @@ std::string duration_text(double seconds) {
 
 }  // namespace
 
-Progress::Progress(Console& console, std::size_t n_jobs)
-    : console_(console), n_jobs_(n_jobs), is_terminal_(::isatty(STDERR_FILENO) == 1) {
+Progress::Progress(Console& console, std::size_t n_all, Counted counted)
+    : console_(console),
+      n_all_(n_all),
+      counted_(counted),
+      is_terminal_(::isatty(STDERR_FILENO) == 1) {
+}
+
+void Progress::count(std::int64_t n_pictures) {
+  ++n_done_;
+  n_pictures_ += n_pictures;
 }
 
 void Progress::count(const JobOutcome& job) {
-  ++n_done_;
-  n_pictures_ += job.n_pictures;
+  count(job.n_pictures);
   n_held_ += job.state == JobState::Held ? 1 : 0;
   n_failed_ += job.state == JobState::Failed ? 1 : 0;
 }
@@ -49,16 +56,18 @@ void Progress::show() {
 
 std::string Progress::text(double seconds) const {
   const double rate = static_cast<double>(n_done_) / seconds;
-  std::string out = fmt::format("{} of {} jobs, {} held, {} failed; {:.1f} jobs/s",
+  const bool is_of_jobs = counted_ == Counted::Jobs;
+  const std::string_view noun = is_of_jobs ? "jobs" : "points";
+  std::string out = fmt::format("{} of {} {}",
                                 internal::grouped(static_cast<std::int64_t>(n_done_)),
-                                internal::grouped(static_cast<std::int64_t>(n_jobs_)),
-                                n_held_,
-                                n_failed_,
-                                rate);
+                                internal::grouped(static_cast<std::int64_t>(n_all_)),
+                                noun);
+  if (is_of_jobs) out += fmt::format(", {} held, {} failed", n_held_, n_failed_);
+  out += fmt::format("; {:.1f} {}/s", rate, noun);
   if (n_pictures_ > 0) {
     out += fmt::format(", {:.0f} pictures/s", static_cast<double>(n_pictures_) / seconds);
   }
-  return out + "; " + duration_text(static_cast<double>(n_jobs_ - n_done_) / rate) + " left";
+  return out + "; " + duration_text(static_cast<double>(n_all_ - n_done_) / rate) + " left";
 }
 
 }  // namespace panelcal::batch
