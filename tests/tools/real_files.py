@@ -107,6 +107,7 @@ COMMANDS = {
     "locate": "images/0000.png -m machine.toml --tool 2",
     "synth": "job.exc -m machine.toml",
     "batch": "jobs.csv",
+    "batch merge": "results",
     "batch report": "results",
     "batch show": "results",
     "calibrate camera": "-m machine.toml --images images --plate plate.toml",
@@ -139,10 +140,10 @@ COMMANDS = {
 }
 # Options with a text that name no output; all others with a text are tried as outputs.
 NO_OUTPUTS = {
-    "--address", "--against", "--align", "--area", "--at", "--by", "--camera", "--certificate", "--clock", "--device", "--explain", "--flavour", "--form", "--format", "--grid",
+    "--address", "--against", "--align", "--area", "--at", "--by", "--camera", "--certificate", "--clock", "--device", "--engine", "--explain", "--flavour", "--form", "--format", "--grid",
     "--host", "--host-name", "--images", "--key", "--kind", "--ledger", "--log-level", "--machine", "--machine-driver",
     "--measurements", "--model", "--name", "--only", "--panel", "--parameter", "--pattern", "--plate", "--probes", "--profile", "--program", "--program-format", "--range",
-    "--reason", "--seed", "--since", "--slots", "--subject", "--surface", "--sweep", "--template", "--to", "--truth",
+    "--reason", "--seed", "--shard", "--since", "--slots", "--subject", "--surface", "--sweep", "--template", "--to", "--truth",
     "--unit", "--voids-of", "--zero", "--zone", "--zones"}
 OUTPUTS = {"--jobs", "--json", "--linuxcnc", "--output", "--overlay", "--report",
            "--save-measurements", "--save-probes", "--token-file"}

@@ -14,19 +14,20 @@
 #include "calib/base/amount.h"
 #include "calib/base/clock.h"
 #include "calib/base/interruption.h"
-#include "calib/base/number_text.h"
 #include "calib/base/thread_pool.h"
 #include "machine/job/text_variables.h"
+#include "tools/batch/cluster/shard.h"
+#include "tools/batch/cluster/slurm_array.h"
 #include "tools/batch/manifest/manifest.h"
 #include "tools/batch/manifest/output_check.h"
-#include "tools/batch/output/facts.h"
-#include "tools/batch/progress.h"
+#include "tools/batch/output/progress.h"
+#include "tools/batch/results.h"
 #include "tools/batch/store/store.h"
 #include "tools/batch/work/worker.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/facts_output.h"
 #include "tools/cli/process/version.h"
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace panelcal {
 namespace batch {
@@ -57,18 +58,32 @@ class BatchRun {
     heed_interruptions();
     PANELCAL_CHECK(check_options());
     PANELCAL_CHECK(read_jobs());
+    if (options_.engine == "parallel") return parallel_lines();
     PANELCAL_CHECK(open_results());
+    // The shards of an array that is under way are its own affair.
+    const bool is_array = options_.engine == "slurm";
+    if (!shard_ && !(is_array && SlurmArray::is_under_way(options_.output))) {
+      PANELCAL_CHECK(gather());
+    }
     PANELCAL_CHECK(select());
-    PANELCAL_CHECK(work());
-    return answer();
+    PANELCAL_CHECK(is_array ? work_by_array() : work());
+    if (shard_) return shard_answer();
+    return answer_of(*store_, {session_.n_jobs, session_.seconds}, options_.facts, context_);
   }
 
  private:
-  Expected<void> check_options() const {
+  Expected<void> check_options() {
     if (options_.output.empty()) return failure(usage_of_batch("no folder for results", "-o"));
     if (options_.manifest.empty() == options_.pattern.empty()) {
       return failure(usage_of_batch("jobs from nowhere, or from two places",
                                     "a manifest, or --pattern 'jobs/*'"));
+    }
+    if (options_.engine != "local" && options_.manifest == "-") {
+      return failure(usage_of_batch("jobs from standard input, for more than one process",
+                                    "a manifest that all of them can read"));
+    }
+    if (!options_.shard.empty()) {
+      PANELCAL_TRY(shard_, read_shard(options_.shard));
     }
     return {};
   }
@@ -84,9 +99,14 @@ class BatchRun {
         manifest_, options_.output, options_.facts.json, !options_.format.empty());
   }
 
+  std::filesystem::path whole_store() const {
+    return std::filesystem::path(options_.output) / Store::kFileName;
+  }
+
   /// Tells whether a batch was begun there, and refuses where that is not what the options want.
   Expected<bool> has_store(const std::filesystem::path& file) const {
-    const bool goes_on = options_.resume || !options_.only.empty();
+    // A shard that is started again goes on: a cluster starts it with the same words.
+    const bool goes_on = options_.resume || !options_.only.empty() || shard_;
     std::error_code ignored;
     const bool is_there = std::filesystem::exists(file, ignored);
     if (is_there && !goes_on) {
@@ -95,7 +115,7 @@ class BatchRun {
                       "a batch has its results there",
                       "--resume to go on with it, or another folder"});
     }
-    if (!is_there && !options_.only.empty()) {
+    if (!std::filesystem::exists(whole_store(), ignored) && !options_.only.empty()) {
       return failure(usage_of_batch(
           "--only " + options_.only + " without results in " + quoted(options_.output),
           "a batch that was run before"));
@@ -105,13 +125,11 @@ class BatchRun {
 
   /// A batch is begun where there is none, and gone on with where the same one is.
   Expected<void> open_results() {
-    const std::filesystem::path file = std::filesystem::path(options_.output) / Store::kFileName;
+    const std::filesystem::path results = options_.output;
+    const std::filesystem::path own = shard_ ? shard_folder(results, *shard_) : results;
+    const std::filesystem::path file = own / Store::kFileName;
     // A refusal leaves no folder behind.
     PANELCAL_CHECK(has_store(file));
-    PANELCAL_TRY(ResultFolder results, ResultFolder::open(options_.output));
-    results_.emplace(std::move(results));
-    // Until the lock was had, another batch may have begun and ended.
-    PANELCAL_TRY(const bool is_there, has_store(file));
     const std::chrono::sys_seconds now = system_clock()();
     PANELCAL_TRY(const std::string time, wall_time(options_.clock, now, kCommandName));
     StoredBatch wanted{kVersion,
@@ -120,23 +138,31 @@ class BatchRun {
                        terms_text(),
                        time,
                        static_cast<std::int64_t>(manifest_.jobs.size())};
-    if (!is_there) return begin(file, wanted);
-    PANELCAL_TRY(Store store, Store::open(file));
+    if (shard_) PANELCAL_CHECK(join_whole(wanted));
+    PANELCAL_TRY(ResultFolder folder, ResultFolder::open(results, own));
+    results_.emplace(std::move(folder));
+    // Until the lock was had, another batch may have begun and ended.
+    PANELCAL_TRY(const bool is_there, has_store(file));
+    PANELCAL_TRY(Store store, is_there ? Store::open(file) : begin_store(*results_, wanted));
     store_.emplace(std::move(store));
     PANELCAL_TRY(const StoredBatch stored, store_->batch());
     time_ = stored.clock;
-    return check_same(stored, wanted);
+    return check_same_batch(stored, wanted, own.string(), options_.clock);
   }
 
-  /// Under another name first: a store is whole or not there.
-  Expected<void> begin(const std::filesystem::path& file, const StoredBatch& batch) {
-    const std::filesystem::path part = results_->path() / "parts" / Store::kFileName;
-    { PANELCAL_TRY(const Store made, Store::create(part, batch)); }
-    const std::vector<PartFile> files = {{part, file}};
-    PANELCAL_CHECK(results_->publish(files));
-    time_ = batch.clock;
-    PANELCAL_TRY(Store store, Store::open(file));
-    store_.emplace(std::move(store));
+  /// A shard has the time of the whole batch, and does not do again what that has done.
+  Expected<void> join_whole(StoredBatch& wanted) {
+    std::error_code ignored;
+    if (!std::filesystem::exists(whole_store(), ignored)) {
+      if (!options_.clock.empty()) return {};
+      return failure(usage_of_batch("--shard " + options_.shard + " without a time",
+                                    "--clock, the same one for all shards"));
+    }
+    PANELCAL_TRY(Store whole, Store::open_to_read(whole_store()));
+    PANELCAL_TRY(const StoredBatch stored, whole.batch());
+    PANELCAL_CHECK(check_same_batch(stored, wanted, options_.output, options_.clock));
+    wanted = stored;
+    PANELCAL_TRY(states_of_whole_, whole.states(wanted.n_jobs));
     return {};
   }
 
@@ -148,33 +174,35 @@ class BatchRun {
                        options_.keeps_places ? "yes" : "no");
   }
 
-  Expected<void> check_same(const StoredBatch& stored, const StoredBatch& wanted) const {
-    const auto refuse = [&](std::string what, std::string expected) {
-      return failure({Code::Usage, {options_.output, 0, 0}, std::move(what), std::move(expected)});
-    };
-    if (stored.manifest_sha256 != wanted.manifest_sha256) {
-      return refuse("the manifest has changed since the batch was begun",
-                    "the manifest as it was, or another folder");
-    }
-    if (stored.terms != wanted.terms) {
-      return refuse("the batch was begun with " + quoted(stored.terms), "the same options");
-    }
-    if (!options_.clock.empty() && stored.clock != options_.clock) {
-      return refuse("the batch was begun with --clock " + stored.clock, "the same, or none");
-    }
-    return {};
-  }
-
   Expected<void> select() {
     PANELCAL_TRY(const auto states,
                  store_->states(static_cast<std::int64_t>(manifest_.jobs.size())));
+    const auto& whole = shard_ && !states_of_whole_.empty() ? states_of_whole_ : states;
     const std::size_t n = options_.n_sampled > 0 ? options_.n_sampled : manifest_.jobs.size();
     for (const std::int64_t number : sample_of(manifest_, n)) {
-      const auto& state = states[static_cast<std::size_t>(number - 1)];
+      const auto i = static_cast<std::size_t>(number - 1);
+      if (shard_ && !shard_->has(number)) continue;
+      if (shard_ && states[i]) {
+        // By an earlier start of the shard.
+        count_.add({.state = *states[i]});
+        continue;
+      }
+      const auto& state = whole[i];
       const bool is_wanted =
           options_.only.empty() ? !state : state && name(*state) == options_.only;
-      if (is_wanted) selected_.push_back(static_cast<std::size_t>(number - 1));
+      if (is_wanted) selected_.push_back(i);
     }
+    count_.n_jobs = count_.n_done + static_cast<std::int64_t>(selected_.size());
+    return tell();
+  }
+
+  /// A shard tells how far it is; the process that submitted it reads that.
+  Expected<void> tell() { return shard_ ? write_count(results_->own(), count_) : Expected<void>(); }
+
+  /// The stores of shards, as far as they are there.
+  Expected<void> gather() {
+    PANELCAL_TRY(const std::int64_t n_jobs, gather_shards(*store_, *results_));
+    session_.n_jobs += n_jobs;
     return {};
   }
 
@@ -214,6 +242,7 @@ class BatchRun {
         return failure(*std::move(done.broken));
       }
       progress.count(done.outcome);
+      count_.add(done.outcome);
       PANELCAL_CHECK(take(std::move(done)));
       progress.show();
     }
@@ -243,34 +272,89 @@ class BatchRun {
     PANELCAL_CHECK(store_->put(outcomes_, i_session_, session_));
     files_.clear();
     outcomes_.clear();
-    return {};
+    return tell();
   }
 
-  Expected<Answer> answer() {
-    PANELCAL_TRY(const facts::Json facts, batch_facts(*store_));
-    const facts::Json& jobs = facts["jobs"];
-    const auto count = [&](const char* key) {
-      return internal::grouped(jobs[key].get<std::int64_t>());
+  /// Of the batch, but for what differs between its processes.
+  std::vector<std::string> command_words() const {
+    std::error_code ignored;
+    std::vector<std::string> words = {
+        std::filesystem::read_symlink("/proc/self/exe", ignored).string(), "batch"};
+    if (!options_.manifest.empty()) words.push_back(options_.manifest);
+    const auto add = [&](const char* option, const std::string& value) {
+      if (!value.empty()) words.insert(words.end(), {option, value});
     };
-    context_.console.say(
-        fmt::format("{}: {} drilled, {} held, {} failed{}; {} now in {:.1f} s",
-                    internal::counted(jobs["done"].get<std::int64_t>(), "job"),
-                    count("drilled"),
-                    count("held"),
-                    count("failed"),
-                    jobs["missing"] == 0 ? "" : ", " + count("missing") + " not done",
-                    internal::grouped(session_.n_jobs),
-                    session_.seconds));
-    Answer answer = state_facts(context_, options_.facts, manifest_.file + " - panelcal", [&] {
-      return facts::text(facts);
-    });
-    answer.code = std::max(answer.code, static_cast<ExitCode>(jobs["exit_code"].get<int>()));
-    return answer;
+    add("--pattern", options_.pattern);
+    add("-o", options_.output);
+    add("-m", options_.machine);
+    add("--to", options_.format);
+    add("--only", options_.only);
+    if (options_.n_sampled > 0) add("--sample", std::to_string(options_.n_sampled));
+    if (options_.keeps_places) words.emplace_back("--places");
+    add("--clock", time_);
+    return words;
+  }
+
+  Expected<void> work_by_array() {
+    if (selected_.empty()) return {};
+    begun_ = std::chrono::steady_clock::now();
+    SlurmArray array({.results = options_.output,
+                      .command = command_words(),
+                      .n_jobs = static_cast<std::int64_t>(selected_.size()),
+                      .n_shards = options_.n_shards,
+                      .n_retries = options_.n_retries,
+                      .n_threads = std::max<std::size_t>(1, options_.n_threads)},
+                     context_.console);
+    PANELCAL_TRY(const std::vector<std::int64_t> given_up, array.run());
+    PANELCAL_CHECK(gather());
+    session_.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count();
+    if (given_up.empty()) return {};
+    return failure({Code::DeviceStage,
+                    {options_.output, 0, 0},
+                    fmt::format("shards {} ended before they were done, each {} times",
+                                fmt::join(given_up, ", "),
+                                options_.n_retries + 1),
+                    "the cause in slurm/*.log mended, then --resume"});
+  }
+
+  /// Of GNU parallel, for a shell; with -q it hands words on as they are.
+  Expected<Answer> parallel_lines() {
+    PANELCAL_TRY(time_, wall_time(options_.clock, system_clock()(), kCommandName));
+    const auto n_jobs = static_cast<std::int64_t>(manifest_.jobs.size());
+    const std::int64_t n_shards = std::clamp<std::int64_t>(
+        n_jobs, 1, options_.n_shards > 0 ? options_.n_shards : kUsualShards);
+    const std::vector<std::string> command = command_words();
+    const std::vector<std::string> merging = {command[0], "batch", "merge", options_.output};
+    return Answer{
+        fmt::format("parallel -q --retries {} {} --threads {} --shard {{}}/{} ::: "
+                    "$(seq {}) && \\\n  {}\n",
+                    options_.n_retries + 1,
+                    shell_text(command),
+                    std::max<std::size_t>(1, options_.n_threads),
+                    n_shards,
+                    n_shards,
+                    shell_text(merging))};
+  }
+
+  /// Whether jobs were held or failed, the whole batch says: a cluster would start the shard again.
+  Expected<Answer> shard_answer() {
+    context_.console.say(fmt::format("shard {} of {}: {} of {} jobs done, {} held, {} failed",
+                                     shard_->number,
+                                     shard_->n_shards,
+                                     count_.n_done,
+                                     count_.n_jobs,
+                                     count_.n_held,
+                                     count_.n_failed));
+    return Answer{};
   }
 
   const BatchOptions& options_;
   CommandContext& context_;
   Manifest manifest_;
+  std::optional<Shard> shard_;
+  std::vector<std::optional<JobState>> states_of_whole_;  ///< of a shard, where they are known
+  JobCount count_;
   std::optional<ResultFolder> results_;
   std::optional<Store> store_;
   std::string time_;  ///< on the wall, of the batch

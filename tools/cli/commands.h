@@ -49,6 +49,7 @@ Expected<Answer> filter(const ApplyOptions& options, CommandContext& context);
 }  // namespace align
 
 namespace batch {
+Expected<Answer> merge(const BatchReportOptions& options, CommandContext& context);
 Expected<Answer> report(const BatchReportOptions& options, CommandContext& context);
 Expected<Answer> show(const BatchReportOptions& options, CommandContext& context);
 }  // namespace batch

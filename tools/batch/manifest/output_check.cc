@@ -36,7 +36,7 @@ class BatchInputs {
  public:
   BatchInputs(const Manifest& manifest, const fs::path& results)
       : manifest_(manifest), results_(real(results)) {
-    for (const char* part : {"jobs", "parts", "lock", "store.sqlite"}) {
+    for (const char* part : {"jobs", "parts", "lock", "store.sqlite", "shards", "slurm"}) {
       own_.push_back(results_ / part);
     }
   }

@@ -248,6 +248,34 @@ Expected<void> Store::put_job(const JobOutcome& job) {
   return {};
 }
 
+Expected<std::int64_t> Store::take_in(const std::filesystem::path& part) {
+  std::error_code error;
+  const std::array<StoredValue, 1> name = {std::filesystem::absolute(part, error).string()};
+  PANELCAL_CHECK(run("ATTACH DATABASE ? AS part", name));
+  // Not immediate: that would write to the part as well, and a kill leave a journal of both.
+  PANELCAL_TRY(SqliteTransaction transaction,
+               of_store(SqliteTransaction::begin(*connection_, "BEGIN")));
+  for (const StoreTable& table : kStoreTables) {
+    const std::string_view key = table.name == "job" ? "number" : "job";
+    PANELCAL_CHECK(of_store(connection_->run(
+        fmt::format("DELETE FROM main.{0} WHERE {1} IN (SELECT number FROM part.job); "
+                    "INSERT INTO main.{0}({2}) SELECT {2} FROM part.{0} ORDER BY 1, 2",
+                    table.name,
+                    key,
+                    table.columns))));
+  }
+  // Their time alone tells sessions apart, and is the same only if it is the same session.
+  PANELCAL_CHECK(of_store(connection_->run(
+      "INSERT INTO main.session(started, threads, n_jobs, n_pictures, seconds) "
+      "SELECT started, threads, n_jobs, n_pictures, seconds FROM part.session EXCEPT "
+      "SELECT started, threads, n_jobs, n_pictures, seconds FROM main.session")));
+  PANELCAL_CHECK(of_store(transaction.commit()));
+  PANELCAL_TRY(const std::int64_t n_jobs,
+               of_store(connection_->integer_of("SELECT count(*) FROM part.job")));
+  PANELCAL_CHECK(of_store(connection_->run("DETACH DATABASE part")));
+  return n_jobs;
+}
+
 Expected<SqliteStatement*> Store::statement(std::size_t i, const std::string& sql) {
   statements_.resize(2 * kStoreTables.size());
   if (statements_[i] == nullptr) {

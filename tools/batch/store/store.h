@@ -67,6 +67,11 @@ class Store {
   Expected<void> put(std::span<const JobOutcome> jobs,
                      std::int64_t i_session,
                      const StoredSession& session);
+  /// Puts in everything that the store of a part of the batch has, in the place of what is there
+  /// of the same jobs: all or nothing; a second time changes nothing.
+  ///
+  /// Out    the number of jobs
+  Expected<std::int64_t> take_in(const std::filesystem::path& part);
   /// Calls with each row of a query.
   Expected<void> each(std::string_view sql, const std::function<void(const StoredRow&)>& take);
   /// All rows of a query.

@@ -35,36 +35,36 @@ Expected<void> make_results_folder(const fs::path& folder) {
 
 }  // namespace
 
-ResultFolder::ResultFolder(fs::path folder, FileDescriptor lock)
-    : folder_(std::move(folder)), lock_(std::move(lock)) {
+ResultFolder::ResultFolder(fs::path folder, fs::path own, FileDescriptor lock)
+    : folder_(std::move(folder)), own_(std::move(own)), lock_(std::move(lock)) {
 }
 
-Expected<ResultFolder> ResultFolder::open(const fs::path& folder) {
-  PANELCAL_CHECK(make_results_folder(folder));
-  const fs::path lock = folder / "lock";
+Expected<ResultFolder> ResultFolder::open(const fs::path& folder, const fs::path& own) {
+  PANELCAL_CHECK(make_results_folder(own));
+  const fs::path lock = own / "lock";
   FileDescriptor file(::open(lock.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666));
   if (file.get() < 0) return failure(not_done(lock, "create", errno));
   if (::flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
     return failure({Code::OutputInUse,
-                    {folder.string(), 0, 0},
+                    {own.string(), 0, 0},
                     "another batch writes to it",
                     "a folder of its own for each batch"});
   }
-  const fs::path parts = folder / "parts";
+  const fs::path parts = own / "parts";
   std::error_code ignored;
   fs::remove_all(parts, ignored);
   PANELCAL_CHECK(make_results_folder(parts));
-  return ResultFolder(folder, std::move(file));
+  return ResultFolder(folder, own, std::move(file));
 }
 
 fs::path ResultFolder::part(std::int64_t number, std::string_view kind) const {
-  return folder_ / "parts" / fmt::format("{}-{}", number, kind);
+  return own_ / "parts" / fmt::format("{}-{}", number, kind);
 }
 
 Expected<void> ResultFolder::sync() const {
   // All files of the file system at once; of another one, publish() syncs each.
   if (::syncfs(lock_.get()) == 0) return {};
-  return failure(not_done(folder_, "sync to disk", errno));
+  return failure(not_done(own_, "sync to disk", errno));
 }
 
 Expected<void> ResultFolder::publish(std::span<const PartFile> files) const {

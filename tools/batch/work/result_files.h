@@ -26,6 +26,8 @@ struct PartFile {
 ///   parts/                of jobs that are under way
 ///   lock
 ///
+/// A shard of a batch has jobs/ in common with the others, and the rest in a folder of its own.
+///
 /// A file is written to parts/ without a sync, and many are synced at once before they get their
 /// names: one sync a file would take longer than most jobs.
 ///
@@ -35,9 +37,16 @@ class ResultFolder {
   /// Makes the folder where it is missing, and clears parts/.
   ///
   /// Fails  device-write; output-in-use (another batch writes there)
-  static Expected<ResultFolder> open(const std::filesystem::path& folder);
+  static Expected<ResultFolder> open(const std::filesystem::path& folder) {
+    return open(folder, folder);
+  }
+  static Expected<ResultFolder> open(const std::filesystem::path& folder,
+                                     const std::filesystem::path& own);
 
+  /// Of jobs/.
   const std::filesystem::path& path() const { return folder_; }
+  /// Of everything else.
+  const std::filesystem::path& own() const { return own_; }
   std::filesystem::path part(std::int64_t number, std::string_view kind) const;
 
   /// Puts files in place: when it returns, they and their names are on disk.
@@ -46,10 +55,13 @@ class ResultFolder {
   Expected<void> publish(std::span<const PartFile> files) const;
 
  private:
-  ResultFolder(std::filesystem::path folder, internal::FileDescriptor lock);
+  ResultFolder(std::filesystem::path folder,
+               std::filesystem::path own,
+               internal::FileDescriptor lock);
   Expected<void> sync() const;
 
   std::filesystem::path folder_;
+  std::filesystem::path own_;
   internal::FileDescriptor lock_;
 };
 

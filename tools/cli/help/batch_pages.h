@@ -32,10 +32,30 @@ A batch that was ended, by kill -9 too, goes on with --resume where it was: file
 a row says that a job is done. A folder has one batch; a manifest that has changed is another one.
 --only failed does those jobs again. --sample 100 takes a hundred jobs, later ones with --resume.
 
-Exit codes (over all jobs that are done)
+On a cluster: `--engine slurm --shards 64` submits an array whose tasks each do a part of the jobs,
+follows it, submits again what ended before it was done, and puts the results together; they are
+the same, byte for byte. The folder, the manifest and panelcal have to stand on a disk that all
+nodes share. SBATCH_PARTITION, SBATCH_TIMELIMIT and such in the environment decide where the tasks
+run. After a kill of this process --resume follows the same array. `--engine parallel | sh` does
+it by GNU parallel; `--shard 3/8` is one part, for any other scheduler (docs/howto/cluster.md).
+
+Exit codes (over all jobs that are done; a shard ends with 0 when its jobs are done)
   0 all were drilled; 1 some were held by gates or tolerances; 2 some failed, or bad input or usage;
   3 some failed by a device, or the disk failed: the batch ended, go on with --resume;
   129, 130, 143 SIGHUP, SIGINT or SIGTERM came: what was done is kept, go on with --resume)";
+
+inline constexpr std::string_view kBatchMerge = R"(Example
+  $ panelcal batch jobs.csv -o results --clock 2026-11-27T12:00:00 --shard 1/2
+  $ panelcal batch jobs.csv -o results --clock 2026-11-27T12:00:00 --shard 2/2
+  $ panelcal batch merge results
+  30 jobs: 28 drilled, 1 held, 1 failed; 30 now in 0.1 s
+
+Puts the stores of shards (RESULTS/shards/) into RESULTS/store.sqlite, and removes them. A shard
+that is still at work is not touched: the command fails. Jobs that no shard has done are missing
+afterwards; `panelcal batch ... --resume` does them. Started again after a kill, it goes on.
+
+Exit codes
+  as `panelcal batch`, over all jobs that are done)";
 
 inline constexpr std::string_view kBatchReport = R"(Example
   $ panelcal batch report results -o page.html

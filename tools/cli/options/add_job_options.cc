@@ -72,6 +72,34 @@ void add_look(CLI::App& command, AlignOptions& o) {
   add_threads(command, o.n_threads);
 }
 
+/// A batch on more than one computer.
+void add_engine(CLI::App& command, BatchOptions& o) {
+  CLI::Option_group* engine = command.add_option_group("ENGINE", "Engine: more than one computer");
+  CLI::Option* const kind =
+      engine
+          ->add_option("--engine",
+                       o.engine,
+                       "local: this process; slurm: an array of a cluster; parallel: print the "
+                       "command of GNU parallel")
+          ->check(CLI::IsMember({"local", "slurm", "parallel"}))
+          ->capture_default_str();
+  engine
+      ->add_option("--shards",
+                   o.n_shards,
+                   "Parts of the batch that slurm or parallel starts, 0: 16, or those under way")
+      ->check(CLI::Range(std::int64_t{0}, std::int64_t{5'000}))
+      ->capture_default_str();
+  engine->add_option("--retries", o.n_retries, "Starts of a shard that ended before it was done")
+      ->check(CLI::Range(std::int64_t{0}, std::int64_t{100}))
+      ->capture_default_str();
+  engine
+      ->add_option("--shard",
+                   o.shard,
+                   "Only a part of the batch, such as 3/8: what the engines start, also by hand")
+      ->excludes(kind)
+      ->excludes(command.get_option("--json"));
+}
+
 }  // namespace
 
 void add_align_options(CLI::App& command, AlignOptions& o) {
@@ -329,6 +357,7 @@ void add_batch_options(CLI::App& command, BatchOptions& o) {
   add_json(command, o.facts);
   add_clock(command, o.clock);
   add_threads(command, o.n_threads);
+  add_engine(command, o);
 }
 
 void add_batch_report_options(CLI::App& command, BatchReportOptions& o) {

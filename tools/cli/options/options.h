@@ -129,14 +129,18 @@ struct BatchOptions {
   std::string format;    ///< empty: from each output's extension, or the program's language
   std::string clock;     ///< of jobs that name none; empty: now
   std::string only;      ///< failed or held: these jobs once more; empty: those not done yet
+  std::string engine = "local";  ///< local, slurm or parallel
+  std::string shard;             ///< "3/8": only these jobs; empty: all
   FactsFiles facts;
-  std::size_t n_sampled = 0;  ///< 0: all
-  std::size_t n_threads = 0;  ///< 0: one for each processor
+  std::size_t n_sampled = 0;   ///< 0: all
+  std::size_t n_threads = 0;   ///< 0: one for each processor; of a shard one
+  std::int64_t n_shards = 0;   ///< of other engines than local; 0: the usual number
+  std::int64_t n_retries = 3;  ///< of a shard that ended before it was done
   bool resume = false;
   bool keeps_places = false;
 };
 
-/// Of `batch report` and `batch show`.
+/// Of `batch report`, `batch show` and `batch merge`.
 struct BatchReportOptions {
   std::string results;
   FactsFiles facts;

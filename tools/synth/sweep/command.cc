@@ -17,7 +17,7 @@
 #include "machine/sim/pictures/recording.h"
 #include "machine/sim/pictures/sample_pictures.h"
 #include "machine/sim/sim_machine.h"
-#include "tools/batch/progress.h"
+#include "tools/batch/output/progress.h"
 #include "tools/batch/work/result_files.h"
 #include "tools/cli/process/version.h"
 #include "tools/synth/sweep/sweep_file.h"

@@ -11,7 +11,7 @@
 
 namespace panelcal::synth {
 
-/// How the points of an experiment are spread over the ranges of its factors.
+/// The way in which points are spread over the ranges of the factors.
 enum class Design : std::uint8_t {
   Grid,            ///< each level of each factor with each level of all others
   LatinHypercube,  ///< each of n equal parts of each factor's range has one of the n points
