@@ -160,6 +160,17 @@ scale = "log"
             for picture in truth["pictures"]:
                 self.assertTrue((self.folder / "set" / row["images"] / picture["file"]).is_file())
 
+    def test_the_public_benchmark_is_a_valid_experiment(self):
+        source = self.root / "datasets/fiducials"
+        text = (source / "sweep.toml").read_text()
+        self.assertEqual(text.count("points = 512"), 1)
+        folder = self.folder / "benchmark"
+        folder.mkdir()
+        shutil.copy(source / "machine.toml", folder)
+        (folder / "sweep.toml").write_text(text.replace("points = 512", "points = 2"))
+        self.call("synth", "--sweep", "benchmark/sweep.toml", "-o", "set")
+        self.assertEqual(len(list((self.folder / "set").glob("points/*/*.png"))), 8)
+
     def test_refusals_leave_everything_as_it_is(self):
         (self.folder / "kept").mkdir()
         (self.folder / "kept/mine.txt").write_text("mine")
