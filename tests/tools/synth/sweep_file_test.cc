@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/synth/sweep/sweep_file.h"
 
+#include <ostream>
 #include <set>
 #include <string>
 
@@ -108,6 +109,11 @@ struct Refusal {
   int line;
   std::string expected;
 };
+
+/// Instead of its bytes, which differ from run to run.
+void PrintTo(const Refusal& refusal, std::ostream* out) {
+  *out << refusal.name;
+}
 
 class SweepRefusal : public testing::TestWithParam<Refusal> {};
 
