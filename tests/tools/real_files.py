@@ -144,7 +144,7 @@ NO_OUTPUTS = {
     "--address", "--against", "--align", "--area", "--at", "--by", "--camera", "--certificate", "--clock", "--device", "--engine", "--explain", "--flavour", "--form", "--format", "--grid",
     "--host", "--host-name", "--images", "--key", "--kind", "--ledger", "--log-level", "--machine", "--machine-driver",
     "--measurements", "--model", "--name", "--only", "--panel", "--parameter", "--pattern", "--plate", "--probes", "--profile", "--program", "--program-format", "--range",
-    "--reason", "--seed", "--shard", "--since", "--slots", "--subject", "--surface", "--template", "--to", "--truth",
+    "--reason", "--seed", "--shard", "--since", "--slots", "--subject", "--surface", "--sweep", "--template", "--to", "--truth",
     "--unit", "--voids-of", "--zero", "--zone", "--zones"}
 OUTPUTS = {"--jobs", "--json", "--linuxcnc", "--output", "--overlay", "--report",
            "--save-measurements", "--save-probes", "--token-file"}

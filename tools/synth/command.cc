@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "tools/synth/sweep/command.h"
+
 #include "machine/config/machine_config.h"
 #include "machine/job/checked_program.h"
 #include "machine/sim/pictures/recording.h"
@@ -34,6 +36,7 @@ Expected<Answer> run_samples(const SynthOptions& options,
 }  // namespace
 
 Expected<Answer> run_command(const SynthOptions& options, CommandContext& context) {
+  if (!options.sweep.empty()) return synth::run_sweep(options, context);
   PANELCAL_TRY(MachineConfig config, read_machine_config(options.machine));
   if (options.tool) return run_samples(options, std::move(config), context);
   config.reading.take(options.reading);

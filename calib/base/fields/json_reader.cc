@@ -148,18 +148,13 @@ class Reader {
       return i ? fmt::format("{} {}", table.name, *i) : std::string(table.name);
     };
     if (!value.is_object()) return refuse(name() + " is no JSON object", "{...}");
-    PANELCAL_CHECK(check_keys(table, value, name));
+    // First, since keys of another kind or of a newer version would be called unknown.
     for (const Field& field : table.fields) {
-      const auto member = value.find(field.key);
-      if (member == value.end()) continue;
-      PANELCAL_TRY(const bool is_taken, put(field, *member, object));
-      if (is_taken) continue;
-      const std::string text = member->dump(-1, ' ', true, kReplace);
-      const bool is_shown = text.size() <= kShown || !member->is_structured();
-      const std::string found = is_shown ? "is " + text.substr(0, kShown) : "has another form";
-      return refuse(fmt::format("{} of {} {}", quoted(field.key), name(), found),
-                    taken_values(field));
+      const bool is_of_head = field.key == "kind" || field.key == "version";
+      if (is_of_head) PANELCAL_CHECK(take(field, value, name, object));
     }
+    PANELCAL_CHECK(check_keys(table, value, name));
+    for (const Field& field : table.fields) PANELCAL_CHECK(take(field, value, name, object));
     return {};
   }
 
@@ -169,6 +164,20 @@ class Reader {
 
   tl::unexpected<Diagnostic> refuse(std::string what, std::string expected) const {
     return failure({code_, {file_, 0, 0}, std::move(what), std::move(expected)});
+  }
+
+  // NOLINTNEXTLINE(misc-no-recursion): as above.
+  template <class Name>
+  Expected<void> take(const Field& field, const json& value, const Name& name, void* object) const {
+    const auto member = value.find(field.key);
+    if (member == value.end()) return {};
+    PANELCAL_TRY(const bool is_taken, put(field, *member, object));
+    if (is_taken) return {};
+    const std::string text = member->dump(-1, ' ', true, kReplace);
+    const bool is_shown = text.size() <= kShown || !member->is_structured();
+    const std::string found = is_shown ? "is " + text.substr(0, kShown) : "has another form";
+    return refuse(fmt::format("{} of {} {}", quoted(field.key), name(), found),
+                  taken_values(field));
   }
 
   template <class Name>

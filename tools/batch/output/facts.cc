@@ -12,6 +12,37 @@
 namespace panelcal::batch {
 namespace {
 
+/// Numbers of a factor with more values than that are put together to ranges.
+constexpr int kMaxValues = 12;
+constexpr int kRanges = 8;
+/// As the view error_by_condition, but that numbers are in their order, and many of them in ranges
+/// with the same number of different values each.
+constexpr std::string_view kConditions = R"sql(
+WITH condition AS (
+  SELECT job.number AS job, factor.key AS factor, CAST(factor.value AS TEXT) AS value,
+    CASE WHEN factor.value NOT GLOB '*[^-+.0-9eE]*' AND json_valid(factor.value)
+      THEN CAST(factor.value AS REAL) END AS number
+  FROM job, json_each(job.factors) AS factor
+), kind AS (
+  SELECT factor, count(DISTINCT number) AS n,
+    count(DISTINCT number) > {0} AND count(*) = count(number) AS is_range
+  FROM condition GROUP BY factor
+), placed AS (
+  SELECT job, factor, value, number, is_range,
+    CASE WHEN is_range
+      THEN (dense_rank() OVER (PARTITION BY factor ORDER BY number) - 1) * {1} / n END AS part
+  FROM condition JOIN kind USING (factor)
+)
+SELECT factor,
+  CASE WHEN is_range THEN printf('%.6g to %.6g', min(number), max(number)) ELSE value END,
+  count(DISTINCT target.job), count(*), avg(target.status = 'found'),
+  sqrt(avg(pow(error_x_um, 2) + pow(error_y_um, 2))),
+  CASE WHEN count(error_x_um) > 0 THEN sqrt(avg(cov_xx_um2 + cov_yy_um2)) END
+FROM placed JOIN target USING (job)
+GROUP BY factor, part, CASE WHEN is_range THEN '' ELSE value END
+ORDER BY factor, part, number, value LIMIT {2}
+)sql";
+
 using facts::Json;
 
 constexpr int kBatchFactsVersion = 1;
@@ -278,10 +309,7 @@ Expected<Json> batch_facts(Store& store) {
                        {"job", "id", "state", "code", "message"}));
   PANELCAL_TRY(facts["conditions"],
                objects(store,
-                       fmt::format("SELECT factor, CAST(value AS TEXT), n_jobs, n_targets, "
-                                   "found_rate, error_rms_um, CASE WHEN error_rms_um IS NOT NULL "
-                                   "THEN predicted_rms_um END FROM error_by_condition LIMIT {}",
-                                   kMaxRows),
+                       fmt::format(kConditions, kMaxValues, kRanges, kMaxRows),
                        {"factor",
                         "value",
                         "n_jobs",

@@ -24,9 +24,10 @@ std::string duration_text(double seconds) {
 
 }  // namespace
 
-Progress::Progress(Console& console, std::size_t n_jobs)
+Progress::Progress(Console& console, std::size_t n_all, Counted counted)
     : console_(console),
-      count_{.n_jobs = static_cast<std::int64_t>(n_jobs)},
+      counted_(counted),
+      count_{.n_jobs = static_cast<std::int64_t>(n_all)},
       is_terminal_(::isatty(STDERR_FILENO) == 1) {
 }
 
@@ -44,6 +45,11 @@ JobCount& JobCount::operator+=(const JobCount& other) {
   n_failed += other.n_failed;
   n_pictures += other.n_pictures;
   return *this;
+}
+
+void Progress::count(std::int64_t n_pictures) {
+  ++count_.n_done;
+  count_.n_pictures += n_pictures;
 }
 
 void Progress::set(const JobCount& count, std::string note) {
@@ -70,13 +76,14 @@ void Progress::show() {
 std::string Progress::text(double seconds) const {
   const JobCount before = before_.value_or(JobCount{});
   const double rate = static_cast<double>(count_.n_done - before.n_done) / seconds;
-  std::string out = fmt::format("{} of {} jobs, {} held, {} failed; ",
-                                internal::grouped(count_.n_done),
-                                internal::grouped(count_.n_jobs),
-                                count_.n_held,
-                                count_.n_failed);
+  const bool is_of_jobs = counted_ == Counted::Jobs;
+  const std::string_view noun = is_of_jobs ? "jobs" : "points";
+  std::string out = fmt::format(
+      "{} of {} {}", internal::grouped(count_.n_done), internal::grouped(count_.n_jobs), noun);
+  if (is_of_jobs) out += fmt::format(", {} held, {} failed", count_.n_held, count_.n_failed);
+  out += "; ";
   if (!note_.empty()) out += note_ + "; ";
-  out += fmt::format("{:.1f} jobs/s", rate);
+  out += fmt::format("{:.1f} {}/s", rate, noun);
   if (count_.n_pictures > 0) {
     const double n_pictures = static_cast<double>(count_.n_pictures - before.n_pictures);
     out += fmt::format(", {:.0f} pictures/s", n_pictures / seconds);

@@ -25,13 +25,18 @@ struct JobCount {
   JobCount& operator+=(const JobCount& other);
 };
 
+/// The things whose progress is told; of jobs their outcomes as well.
+enum class Counted : std::uint8_t { Jobs, Points };
+
 /// Tells how far a batch is, with its rate and the time that is left: a line that is drawn anew on
 /// a terminal, a line now and then in a log.
 class Progress {
  public:
-  Progress(Console& console, std::size_t n_jobs);
+  Progress(Console& console, std::size_t n_all, Counted counted = Counted::Jobs);
 
   void count(const JobOutcome& job) { count_.add(job); }
+  /// A thing without an outcome is done.
+  void count(std::int64_t n_pictures);
   /// Instead of counting: all that is done, by this process or others, and a word about them.
   void set(const JobCount& count, std::string note);
   void show();
@@ -40,6 +45,7 @@ class Progress {
   std::string text(double seconds) const;
 
   Console& console_;
+  Counted counted_;
   JobCount count_;
   std::optional<JobCount> before_;  ///< at the first `set`
   std::string note_;

@@ -327,6 +327,25 @@ Without a program: pictures of one target each, at random places and angles, wit
 and neighbours of [sim]. Their truth.json (docs/formats/sample_truth.md) says what `panelcal locate`
 should find in them.
 
+  $ panelcal synth --sweep sweep.toml -o set
+  $ panelcal batch set/manifest.csv -o results
+  $ panelcal batch report results -o page.html
+
+A test set as a designed experiment: sweep.toml (docs/formats/sweep.md) names the numbers of [sim]
+that differ, and spreads them by a grid, a Latin hypercube or Sobol's sequence:
+
+  machine = "machine.toml"
+  program = "panel.exc"
+  design = "sobol"
+  points = 1000
+  [[factor]]
+  key = "noise"
+  from = 0
+  to = 20
+
+Each point has a folder with its truth, and a row of set/manifest.csv, which `panelcal batch` takes
+as it is. All cores work; after a kill --resume renders what is missing.
+
 What an earlier synth wrote into the folder, by the digests in its synth.sha256, is removed. A folder
 with numbered pictures or lists that are not as synth wrote them is refused.
 

@@ -312,16 +312,29 @@ void add_locate_options(CLI::App& command, LocateCommandOptions& o) {
 
 void add_synth_options(CLI::App& command, SynthOptions& o) {
   CLI::Option_group* subject =
-      command.add_option_group("SUBJECT", "Subject: a program, or one vision tool");
+      command.add_option_group("SUBJECT", "Subject: a program, one vision tool, or an experiment");
   CLI::Option* program =
       subject->add_option("PROGRAM", o.program, "Part program: all of its targets");
   CLI::Option* tool =
       subject->add_option("--tool", o.tool, "Number of a vision tool: single targets of it");
+  CLI::Option* sweep = subject->add_option(
+      "--sweep", o.sweep, "A sweep file (docs/formats/sweep.md): a test set of many conditions");
   subject->require_option(1);
-  command.add_option("-m,--machine", o.machine, "machine.toml with [sim]")->required();
+  CLI::Option* machine =
+      command.add_option("-m,--machine", o.machine, "machine.toml with [sim]")->excludes(sweep);
   command.add_option("-o,--output", o.output, "Folder to write")->required();
   command.add_option("--seed", o.seed, "Instead of [sim] seed")
-      ->transform(CLI::Validator(check_seed, "UINT"));
+      ->transform(CLI::Validator(check_seed, "UINT"))
+      ->excludes(sweep);
+  command
+      .add_flag(
+          "--resume", o.resume, "With --sweep: go on with a set that was ended, however it was")
+      ->needs(sweep);
+  add_threads(command, o.n_threads);
+  command.get_option("--threads")->needs(sweep);
+  command.final_callback([machine, sweep] {
+    if (sweep->empty() && machine->empty()) throw CLI::RequiredError("--machine");
+  });
   command.add_option("--count", o.count, "With --tool: how many pictures")
       ->check(CLI::Range(1, 100'000))
       ->needs(tool)

@@ -17,7 +17,7 @@ struct Row {
   std::string_view what;  ///< of inputs: "FILE is ..."
 };
 
-constexpr std::array<Row, 37> kFileOptions = {{
+constexpr std::array<Row, 38> kFileOptions = {{
     {"PROGRAM", FileUse::Read, "the program"},
     {"--program", FileUse::Read, "the program"},
     {"MANIFEST", FileUse::Read, "the manifest"},
@@ -43,6 +43,7 @@ constexpr std::array<Row, 37> kFileOptions = {{
     {"--plate", FileUse::Read, "the file of --plate"},
     {"--probes", FileUse::Read, "the file of --probes"},
     {"--surface", FileUse::Read, "the file of --surface"},
+    {"--sweep", FileUse::Read, "the file of --sweep"},
     {"--truth", FileUse::Read, "the file of --truth"},
     {"--voids-of", FileUse::Read, "a program of --voids-of"},
     {"--zones", FileUse::Read, "the file of --zones"},

@@ -121,8 +121,11 @@ struct SynthOptions {
   std::string machine;
   std::string output;
   std::optional<std::uint64_t> seed;
-  std::optional<int> tool;  ///< single targets of this vision tool, instead of a program's
-  int count = 100;          ///< of them
+  std::optional<int> tool;    ///< single targets of this vision tool, instead of a program's
+  int count = 100;            ///< of them
+  std::string sweep;          ///< an experiment's file, instead of program, tool and machine
+  bool resume = false;        ///< go on with its set
+  std::size_t n_threads = 0;  ///< of a sweep; 0: one for each processor
   ReadingTerms reading;
 };
 
