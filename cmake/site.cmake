@@ -26,3 +26,13 @@ install(
   DESTINATION share/doc/panelcal-doc
   COMPONENT documentation
   OPTIONAL)
+
+# The reference of the libraries, by Doxygen; a docblock that it cannot read is an error:
+# cmake --build build/release --target api
+configure_file(cmake/Doxyfile.in Doxyfile @ONLY)
+add_custom_target(
+  api
+  COMMAND doxygen "${PROJECT_BINARY_DIR}/Doxyfile"
+  COMMAND ${CMAKE_COMMAND} -E echo "file://${PROJECT_BINARY_DIR}/api/html/index.html"
+  COMMENT "Building the reference of the libraries"
+  VERBATIM)
