@@ -10,7 +10,7 @@
 ///   correct()               measures, fits, holds against gates and tolerances, corrects
 ///   JobResult               whether it may be drilled, and why not
 ///
-/// See    README.md, "As a library"; docs/overview.md; tests/install/consumer
+/// See    docs/howto/library.md; docs/overview.md; tests/install/consumer
 
 #include "calib/base/clock.h"
 #include "calib/base/diagnostic.h"

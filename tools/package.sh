@@ -8,9 +8,10 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 . tools/setup.sh
 
 packages=$build_dir/packages
-step "packages for the build" install_packages build package
+step "packages for the build" install_packages build test site package
 step "configure" configure
 step "build" build all
+step "manual" build site
 rm -rf "$packages"
 step "packages" cmake -E chdir "$build_dir" cpack
 step "lintian" lintian --allow-root --fail-on error,warning --tag-display-limit 0 "$packages"/*.deb

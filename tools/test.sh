@@ -35,7 +35,7 @@ for option in "$@"; do
       continue
       ;;
   esac
-  purposes=(build test extra)
+  purposes=(build test extra site)
 done
 
 # run_tests FOLDER [CTEST OPTION...]: the tests that were built in that folder.

@@ -47,7 +47,7 @@ foreach(project consumer program_alone)
   run(${CMAKE_COMMAND} --build "${WORK}/${project}")
 endforeach()
 run("${WORK}/program_alone/program_alone")
-# The README's example, on the demo's pictures.
+# The library's example (docs/howto/library.md), on the demo's pictures.
 execute_process(COMMAND "${WORK}/consumer/consumer" panel.exc machine.toml images
                 WORKING_DIRECTORY "${CONSUMERS}/../../datasets/demo"
                 OUTPUT_VARIABLE holes RESULT_VARIABLE result)

@@ -82,11 +82,11 @@ def main():
 
         accept_the_move(out, reports)
 
-        readme = (ROOT / "README.md").read_text()
-        shown = re.search(r"```\n\$ tools/demo.sh nightly\n\.\.\.\n(.*?)```", readme, re.S)[1]
+        tour = (ROOT / "docs/tour.md").read_text()
+        shown = re.search(r"```\n\$ tools/demo.sh nightly\n\.\.\.\n(.*?)```", tour, re.S)[1]
         for line in shown.splitlines():
             if line.strip() not in ("", "..."):
-                assert line in done.stdout.splitlines(), f"README shows what demo does not: {line}"
+                assert line in done.stdout.splitlines(), f"docs/tour.md shows what demo does not: {line}"
 
 
 if __name__ == "__main__":

@@ -23,7 +23,8 @@ def main():
     root = Path(root)
     readme = (root / "README.md").read_text()
     example = (root / "tests/install/consumer/main.cc").read_text().split("\n", 1)[1]
-    assert f"```cpp\n{example}```" in readme, "README's example is not tests/install/consumer/main.cc"
+    library = (root / "docs/howto/library.md").read_text()
+    assert f"```cpp\n{example}```" in library, "the library's example is not tests/install/consumer/main.cc"
     demo = root / "datasets/demo"
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
