@@ -150,10 +150,10 @@ class Shards(BatchCase):
     def test_the_command_of_parallel_is_printed_and_nothing_else_done(self):
         folder = self.folder()
         done = self.call_in(folder, "batch", "jobs.csv", "-o", "out of it", "--engine", "parallel", "--clock", CLOCK,
-                            "--shards", 3)
+                            "--shards", 3, "--json", "facts.json")
         self.assertIn(f"batch jobs.csv -o 'out of it' --clock {CLOCK} --threads 1 --shard {{}}/3 ::: $(seq 3) && \\\n",
                       done.stdout)
-        self.assertTrue(done.stdout.endswith("batch merge 'out of it'\n"), done.stdout)
+        self.assertTrue(done.stdout.endswith("batch merge 'out of it' --json facts.json\n"), done.stdout)
         self.assertFalse((folder / "out of it").exists())
         self.assertIn("a manifest that all of them can read",
                       self.call_in(folder, "batch", "-", "-o", "out", "--engine", "parallel", expect=2,

@@ -146,7 +146,7 @@ NO_OUTPUTS = {
     "--measurements", "--model", "--name", "--only", "--panel", "--parameter", "--pattern", "--plate", "--probes", "--profile", "--program", "--program-format", "--range",
     "--reason", "--seed", "--shard", "--since", "--slots", "--subject", "--surface", "--sweep", "--template", "--to", "--truth",
     "--unit", "--voids-of", "--zero", "--zone", "--zones"}
-OUTPUTS = {"--jobs", "--json", "--linuxcnc", "--output", "--overlay", "--report",
+OUTPUTS = {"--jobs", "--json", "--linuxcnc", "--metrics", "--output", "--overlay", "--report",
            "--save-measurements", "--save-probes", "--token-file"}
 # Commands that end by a signal only: words that are changed at random could begin one.
 ENDLESS = {"serve"}

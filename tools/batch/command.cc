@@ -25,6 +25,7 @@
 #include "tools/batch/store/store.h"
 #include "tools/batch/work/worker.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/output_paths.h"
 #include "tools/cli/process/version.h"
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -68,12 +69,14 @@ class BatchRun {
     PANELCAL_CHECK(select());
     PANELCAL_CHECK(is_array ? work_by_array() : work());
     if (shard_) return shard_answer();
-    return answer_of(*store_, {session_.n_jobs, session_.seconds}, options_.facts, context_);
+    return answer_of(
+        *store_, {session_.n_jobs, session_.seconds}, {options_.facts, options_.metrics}, context_);
   }
 
  private:
   Expected<void> check_options() {
     if (options_.output.empty()) return failure(usage_of_batch("no folder for results", "-o"));
+    PANELCAL_CHECK(check_extension(kCommandName, options_.metrics, ".prom"));
     if (options_.manifest.empty() == options_.pattern.empty()) {
       return failure(usage_of_batch("jobs from nowhere, or from two places",
                                     "a manifest, or --pattern 'jobs/*'"));
@@ -95,8 +98,10 @@ class BatchRun {
     } else {
       PANELCAL_TRY(manifest_, read_manifest(options_.manifest, defaults));
     }
-    return check_job_outputs(
-        manifest_, options_.output, options_.facts.json, !options_.format.empty());
+    return check_job_outputs(manifest_,
+                             options_.output,
+                             {options_.facts.json, options_.metrics},
+                             !options_.format.empty());
   }
 
   std::filesystem::path whole_store() const {
@@ -325,7 +330,12 @@ class BatchRun {
     const std::int64_t n_shards = std::clamp<std::int64_t>(
         n_jobs, 1, options_.n_shards > 0 ? options_.n_shards : kUsualShards);
     const std::vector<std::string> command = command_words();
-    const std::vector<std::string> merging = {command[0], "batch", "merge", options_.output};
+    std::vector<std::string> merging = {command[0], "batch", "merge", options_.output};
+    const auto add = [&](const char* option, const std::string& value) {
+      if (!value.empty()) merging.insert(merging.end(), {option, value});
+    };
+    add("--json", options_.facts.json);
+    add("--metrics", options_.metrics);
     return Answer{
         fmt::format("parallel -q --retries {} {} --threads {} --shard {{}}/{} ::: "
                     "$(seq {}) && \\\n  {}\n",

@@ -7,6 +7,7 @@
 #include "tools/batch/cluster/shard.h"
 #include "tools/batch/results.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/output_paths.h"
 
 namespace panelcal::batch {
 namespace {
@@ -30,6 +31,7 @@ Expected<StoredBatch> batch_of_shards(const std::string& results) {
 }  // namespace
 
 Expected<Answer> merge(const BatchReportOptions& options, CommandContext& context) {
+  PANELCAL_CHECK(check_extension("panelcal batch merge", options.metrics, ".prom"));
   const auto begun = std::chrono::steady_clock::now();
   const fs::path file = fs::path(options.results) / Store::kFileName;
   std::error_code ignored;
@@ -44,7 +46,7 @@ Expected<Answer> merge(const BatchReportOptions& options, CommandContext& contex
   PANELCAL_TRY(const std::int64_t n_jobs, gather_shards(store, folder));
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
-  return answer_of(store, {n_jobs, seconds}, options.facts, context);
+  return answer_of(store, {n_jobs, seconds}, {options.facts, options.metrics}, context);
 }
 
 }  // namespace panelcal::batch

@@ -7,10 +7,13 @@
 #include <utility>
 #include <vector>
 
+#include "calib/base/clock.h"
+#include "calib/base/files/atomic_file.h"
 #include "calib/base/number_text.h"
 #include "tools/batch/cluster/shard.h"
 #include "tools/batch/output/facts.h"
 #include "tools/cli/facts_output.h"
+#include "tools/cli/metrics.h"
 #include <fmt/format.h>
 
 namespace panelcal::batch {
@@ -53,6 +56,33 @@ Expected<std::int64_t> take_shard(Store& store,
     PANELCAL_CHECK(check_same_batch(of_part, batch, shard.own().string(), batch.clock));
   }
   return store.take_in(file);
+}
+
+Metrics metrics_of(const facts::Json& facts, const DoneNow& now) {
+  const std::string batch = facts["manifest"].get<std::string>();
+  const facts::Json& jobs = facts["jobs"];
+  Metrics out;
+  for (const char* state : {"drilled", "held", "failed", "missing"}) {
+    out.gauge("panelcal_batch_jobs",
+              "Jobs of the batch by what became of them; missing: not done yet",
+              {{"batch", batch}, {"state", state}},
+              jobs[state].get<double>());
+  }
+  const Metrics::Labels labels = {{"batch", batch}};
+  out.gauge("panelcal_batch_pictures",
+            "Pictures of the jobs that are done",
+            labels,
+            jobs["pictures"].get<double>());
+  out.gauge("panelcal_batch_exit_code",
+            "Exit code of panelcal batch over the jobs that are done",
+            labels,
+            jobs["exit_code"].get<double>());
+  out.gauge("panelcal_batch_duration_seconds", "Duration of the last start", labels, now.seconds);
+  out.gauge("panelcal_batch_finished_timestamp_seconds",
+            "End of the last start",
+            labels,
+            static_cast<double>(system_clock()().time_since_epoch().count()));
+  return out;
 }
 
 }  // namespace
@@ -105,7 +135,7 @@ Expected<std::int64_t> gather_shards(Store& store, const ResultFolder& folder) {
 
 Expected<Answer> answer_of(Store& store,
                            const DoneNow& now,
-                           const FactsFiles& files,
+                           const AnswerFiles& files,
                            CommandContext& context) {
   PANELCAL_TRY(const facts::Json facts, batch_facts(store));
   const facts::Json& jobs = facts["jobs"];
@@ -121,8 +151,14 @@ Expected<Answer> answer_of(Store& store,
                                   internal::grouped(now.n_jobs),
                                   now.seconds));
   const std::string title = facts["manifest"].get<std::string>() + " - panelcal";
-  Answer answer = state_facts(context, files, title, [&] { return facts::text(facts); });
+  Answer answer = state_facts(context, files.facts, title, [&] { return facts::text(facts); });
   answer.code = std::max(answer.code, static_cast<ExitCode>(jobs["exit_code"].get<int>()));
+  if (files.metrics.empty()) return answer;
+  const auto written = write_file(files.metrics, metrics_of(facts, now).text());
+  if (!written) {
+    context.console.print(written.error());
+    answer.code = std::max(answer.code, exit_code(written.error()));
+  }
   return answer;
 }
 

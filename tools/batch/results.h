@@ -38,10 +38,16 @@ struct DoneNow {
   double seconds = 0;
 };
 
+/// The files of an answer's facts.
+struct AnswerFiles {
+  FactsFiles facts;
+  std::string metrics = {};  ///< for Prometheus; empty: none
+};
+
 /// Says and states what a batch has come to; the exit code is that of all jobs that are done.
 Expected<Answer> answer_of(Store& store,
                            const DoneNow& now,
-                           const FactsFiles& files,
+                           const AnswerFiles& files,
                            CommandContext& context);
 
 }  // namespace panelcal::batch

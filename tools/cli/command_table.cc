@@ -68,7 +68,7 @@ constexpr auto kCommands = std::to_array<CommandRow>({
         "synth", "Render the pictures a program asks for, with their truth", pages::kSynth),
     row<BatchOptions, add_batch_options>(
         "batch", "Do many jobs on all cores, and go on where it was ended", pages::kBatch),
-    row<BatchReportOptions, add_batch_show_options, batch::merge>(
+    row<BatchReportOptions, add_batch_merge_options, batch::merge>(
         "batch merge", "Put the shards of a batch together", pages::kBatchMerge),
     row<BatchReportOptions, add_batch_report_options, batch::report>(
         "batch report", "Write a page of what a batch has found", pages::kBatchReport),

@@ -26,6 +26,7 @@
 #include "tools/cli/process/version.h"
 #include "tools/cli/provenance.h"
 #include "tools/cli/stated_clock.h"
+#include "tools/nightly/metrics.h"
 #include "tools/nightly/report.h"
 #include <fmt/format.h>
 
@@ -56,11 +57,13 @@ class NightlyRun {
 
  private:
   bool has_report() const {
-    return !options_.is_dry_run && !(files_.reports.empty() && !options_.facts.any());
+    return !options_.is_dry_run &&
+           !(files_.reports.empty() && !options_.facts.any() && options_.metrics.empty());
   }
 
   Expected<void> check_options() {
     PANELCAL_TRY(clock_, stated_clock(options_.clock));
+    PANELCAL_CHECK(check_extension("panelcal nightly", options_.metrics, ".prom"));
     // A value that is no number passes every range.
     if (options_.temperature_c && !std::isfinite(*options_.temperature_c)) {
       return failure({Code::Usage,
@@ -195,11 +198,19 @@ class NightlyRun {
     std::string text = nightly::night_text(record);
     if (!facts.report.empty()) text += "report: " + facts.report + "\n";
     const auto document = [&] { return facts::text(nightly::night_facts(record, provenance())); };
-    return state_facts(context_,
-                       facts,
-                       fmt::format("Night of {} on {}", record.night, record.machine),
-                       document,
-                       {std::move(text), code});
+    Answer answer = state_facts(context_,
+                                facts,
+                                fmt::format("Night of {} on {}", record.night, record.machine),
+                                document,
+                                {std::move(text), code});
+    if (options_.metrics.empty()) return answer;
+    const auto written =
+        write_file(options_.metrics, nightly::night_metrics(record, static_cast<int>(code)).text());
+    if (!written) {
+      context_.console.print(written.error());
+      answer.code = std::max(answer.code, exit_code(written.error()));
+    }
+    return answer;
   }
 
   /// "2026-11-21"; or "2026-11-21-2" and so on, so that a run that found out less does not take the

@@ -118,12 +118,12 @@ class BatchInputs {
 
 Expected<void> check_job_outputs(const Manifest& manifest,
                                  const fs::path& results,
-                                 const std::string& other_output,
+                                 const std::vector<std::string>& other_outputs,
                                  bool has_format) {
   BatchInputs inputs(manifest, results);
   PANELCAL_CHECK(inputs.add_all());
-  if (!other_output.empty() && other_output != "-") {
-    PANELCAL_CHECK(inputs.check_output(other_output, 0));
+  for (const std::string& output : other_outputs) {
+    if (!output.empty() && output != "-") PANELCAL_CHECK(inputs.check_output(output, 0));
   }
   for (const ManifestJob& job : manifest.jobs) {
     if (job.output.empty()) continue;

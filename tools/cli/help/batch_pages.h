@@ -38,6 +38,7 @@ the same, byte for byte. The folder, the manifest and panelcal have to stand on 
 nodes share. SBATCH_PARTITION, SBATCH_TIMELIMIT and such in the environment decide where the tasks
 run. After a kill of this process --resume follows the same array. `--engine parallel | sh` does
 it by GNU parallel; `--shard 3/8` is one part, for any other scheduler (docs/howto/cluster.md).
+--metrics batch.prom writes what came of it for Prometheus (docs/howto/metrics.md).
 
 Exit codes (over all jobs that are done; a shard ends with 0 when its jobs are done)
   0 all were drilled; 1 some were held by gates or tolerances; 2 some failed, or bad input or usage;

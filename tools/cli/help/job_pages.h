@@ -122,7 +122,7 @@ NIGHT.json in [nightly] reports say all of it (docs/formats/nightly.md).
 Killed at any moment, it goes on where it stopped when it is run again; what this night has
 calibrated is not measured twice, but with --again. --dry-run moves and writes nothing (but a report
 that is asked for). After a hold: docs/howto/nightly.md, which also has the systemd units and a line
-for cron.
+for cron. --metrics night.prom writes for Prometheus whether it may drill (docs/howto/metrics.md).
 
 Exit codes
   0 everything was installed; 1 something was refused or a check did not pass; 2 bad input or usage;

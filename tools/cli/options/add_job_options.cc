@@ -72,6 +72,11 @@ void add_look(CLI::App& command, AlignOptions& o) {
   add_threads(command, o.n_threads);
 }
 
+CLI::Option* add_metrics(CLI::App& command, std::string& metrics) {
+  return command.add_option(
+      "--metrics", metrics, "Numbers for Prometheus (.prom), for its node exporter");
+}
+
 /// A batch on more than one computer.
 void add_engine(CLI::App& command, BatchOptions& o) {
   CLI::Option_group* engine = command.add_option_group("ENGINE", "Engine: more than one computer");
@@ -97,7 +102,8 @@ void add_engine(CLI::App& command, BatchOptions& o) {
                    o.shard,
                    "Only a part of the batch, such as 3/8: what the engines start, also by hand")
       ->excludes(kind)
-      ->excludes(command.get_option("--json"));
+      ->excludes(command.get_option("--json"))
+      ->excludes(command.get_option("--metrics"));
 }
 
 }  // namespace
@@ -366,6 +372,7 @@ void add_batch_options(CLI::App& command, BatchOptions& o) {
       ->check(CLI::Range(std::size_t{1}, std::size_t{1'000'000'000}));
   command.add_flag("--places", o.keeps_places, "List every hole in each job's facts.json");
   add_json(command, o.facts);
+  add_metrics(command, o.metrics);
   add_clock(command, o.clock);
   add_threads(command, o.n_threads);
   add_engine(command, o);
@@ -377,6 +384,11 @@ void add_batch_report_options(CLI::App& command, BatchReportOptions& o) {
   add_json(command, o.facts);
 }
 
+void add_batch_merge_options(CLI::App& command, BatchReportOptions& o) {
+  add_batch_show_options(command, o);
+  add_metrics(command, o.metrics);
+}
+
 void add_batch_show_options(CLI::App& command, BatchReportOptions& o) {
   command.add_option("RESULTS", o.results, "Folder of the results")->required();
   add_json(command, o.facts);
@@ -385,10 +397,12 @@ void add_batch_show_options(CLI::App& command, BatchReportOptions& o) {
 void add_nightly_options(CLI::App& command, NightlyOptions& o) {
   command.add_option("-m,--machine", o.machine, "machine.toml with [nightly] and [ledger]")
       ->required();
-  command.add_flag("--dry-run", o.is_dry_run, "Print the steps; move and write nothing");
+  CLI::Option* const dry_run =
+      command.add_flag("--dry-run", o.is_dry_run, "Print the steps; move and write nothing");
   command.add_flag("--again", o.is_again, "Calibrate again what this night has calibrated already");
   add_report(command, o.facts, "The report's page (default: [nightly] reports/NIGHT.html)");
   add_json(command, o.facts);
+  add_metrics(command, o.metrics)->excludes(dry_run);
   command.add_option("--temperature", o.temperature_c, "Of the machine, degC (default: [nightly])")
       ->check(CLI::Range(-50.0, 100.0));
   command.add_option("--by,--asked-by", o.asked_by, "Who asks (default: the user)");

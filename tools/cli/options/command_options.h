@@ -24,6 +24,7 @@ void add_translate_options(CLI::App& command, TranslateOptions& o);
 void add_locate_options(CLI::App& command, LocateCommandOptions& o);
 void add_synth_options(CLI::App& command, SynthOptions& o);
 void add_batch_options(CLI::App& command, BatchOptions& o);
+void add_batch_merge_options(CLI::App& command, BatchReportOptions& o);
 void add_batch_report_options(CLI::App& command, BatchReportOptions& o);
 void add_batch_show_options(CLI::App& command, BatchReportOptions& o);
 void add_nightly_options(CLI::App& command, NightlyOptions& o);

@@ -52,6 +52,7 @@ constexpr std::array<Row, 38> kFileOptions = {{
     {"--jobs", FileUse::OutputFolder, ""},
     {"--linuxcnc", FileUse::OutputFolder, ""},
     {"--overlay", FileUse::OutputFolder, ""},
+    {"--metrics", FileUse::Output, ""},
     {"--report", FileUse::Output, ""},
     {"--save-measurements", FileUse::Output, ""},
     {"--save-probes", FileUse::Output, ""},

@@ -139,6 +139,7 @@ struct BatchOptions {
   std::string only;      ///< failed or held: these jobs once more; empty: those not done yet
   std::string engine = "local";  ///< local, slurm or parallel
   std::string shard;             ///< "3/8": only these jobs; empty: all
+  std::string metrics;           ///< for Prometheus; empty: none
   FactsFiles facts;
   std::size_t n_sampled = 0;   ///< 0: all
   std::size_t n_threads = 0;   ///< 0: one for each processor; of a shard one
@@ -152,6 +153,7 @@ struct BatchOptions {
 struct BatchReportOptions {
   std::string results;
   FactsFiles facts;
+  std::string metrics;  ///< of merge
 };
 
 struct NightlyOptions {
@@ -159,6 +161,7 @@ struct NightlyOptions {
   FactsFiles facts;                     ///< empty ones: [nightly] reports
   std::string clock;                    ///< UTC: 2026-11-21T02:00:00Z; empty: now
   std::string asked_by;                 ///< empty: the user
+  std::string metrics;                  ///< for Prometheus; empty: none
   std::optional<double> temperature_c;  ///< absent: [nightly] says where it stands
   bool is_dry_run = false;
   bool is_again = false;  ///< calibrate again what this night has calibrated already
