@@ -16,6 +16,7 @@ except ImportError:
     webdriver = None
 
 SKIP = 77
+LONGEST_WAIT_S = 120  # the machine that runs the tests may be busy
 WIDTHS = (400, 1280, 2560)
 HOSTILE = "<img src=x onerror=\"window.injected=1\"><script>window.injected=1</script>&lt;b&gt;'\"</script>\u202e\u0007"
 # What turns the direction of writing, and control characters, are shown as their codes.
@@ -39,6 +40,21 @@ for (const text of document.querySelectorAll("svg text")) {
 return out;
 """
 
+
+# Calls back when no frame has changed the sizes any more: figures draw themselves anew when they know their width.
+STEADY = """
+const done = arguments[0];
+const sizes = () => JSON.stringify([innerWidth, document.documentElement.scrollHeight,
+  ...[...document.querySelectorAll("svg, canvas")].map((one) => [one.clientWidth, one.clientHeight])]);
+let before = "", n_same = 0;
+const look = () => {
+  const now = sizes();
+  n_same = now === before ? n_same + 1 : 0;
+  before = now;
+  if (n_same < 3) requestAnimationFrame(look); else setTimeout(done, 30);
+};
+requestAnimationFrame(look);
+"""
 
 # Texts of facts that stand where the page's own language is spoken.
 NOT_ENGLISH = """
@@ -71,10 +87,12 @@ def skip_without_browser():
 class Browser:
     def __init__(self):
         options = webdriver.ChromeOptions()
-        for word in ("--headless=new", "--no-sandbox", "--disable-gpu", "--lang=en"):
+        # Containers have little shared memory.
+        for word in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--lang=en"):
             options.add_argument(word)
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
         self.driver = webdriver.Chrome(service=Service(shutil.which("chromedriver")), options=options)
+        self.driver.set_script_timeout(LONGEST_WAIT_S)
 
     def close(self):
         self.driver.quit()
@@ -101,12 +119,19 @@ class Browser:
         self.settle()
 
     def settle(self):
-        """Figures draw themselves anew when they know their width: two frames later they have."""
-        self.driver.execute_async_script(
-            "const done = arguments[0]; requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 30)));")
+        """Waits until all figures are drawn."""
+        self.driver.execute_async_script(STEADY)
 
     def run(self, script, *arguments):
         return self.driver.execute_script(script, *arguments)
+
+    def until(self, condition, *values):
+        """Waits until something is true: a function, or an expression in the page of some values."""
+        holds = condition if callable(condition) else lambda: self.run(f"return Boolean({condition})", *values)
+        end = time.monotonic() + LONGEST_WAIT_S
+        while not holds():
+            assert time.monotonic() < end, f"{condition}: {self.run('return document.body.innerText')}"
+            time.sleep(0.03)
 
     def texts(self, selector):
         return self.run("return [...document.querySelectorAll(arguments[0])].map((one) => one.textContent)", selector)
@@ -119,6 +144,7 @@ class Browser:
         return self.run(NOT_ENGLISH, sentences(facts, keys))
 
     def cut_off(self):
+        self.settle()
         return self.run(CUT_OFF)
 
     def touch(self, *steps):
@@ -137,7 +163,7 @@ class Browser:
           const box = one.getBoundingClientRect();
           one.closest("svg").dispatchEvent(new PointerEvent("pointermove", {bubbles: true,
             clientX: box.left + box.width / 2, clientY: box.top + box.height / 2}));""", selector, index)
-        time.sleep(0.05)
+        self.settle()
         return [text for text in self.texts(".hint:not([hidden]) div") if text]
 
 

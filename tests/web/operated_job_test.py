@@ -12,7 +12,6 @@ import struct
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
 import urllib.request
 import zlib
@@ -22,7 +21,6 @@ import browser
 
 browser.skip_without_browser()
 PANELCAL, REPOSITORY = (Path(word).resolve() for word in sys.argv[1:3])
-LONGEST_WAIT_S = 60  # the machine that runs the tests may be busy
 COVERED = "0009.png"
 
 
@@ -73,10 +71,7 @@ class Served(unittest.TestCase):
         return found.group()
 
     def until(self, expression):
-        end = time.monotonic() + LONGEST_WAIT_S
-        while not self.page.run(f"return Boolean({expression})"):
-            self.assertLess(time.monotonic(), end, f"{expression}: {self.page.run('return document.body.innerText')}")
-            time.sleep(0.03)
+        self.page.until(expression)
 
     def press(self, name):
         self.until(f"document.getElementById('{name}') && !document.body.classList.contains('busy')")

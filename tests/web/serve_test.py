@@ -16,7 +16,6 @@ from fake_station import HEIGHT_PX, WIDTH_PX, Station, picture  # noqa: E402
 
 browser.skip_without_browser()
 MADE = sys.argv.pop()
-LONGEST_WAIT_S = 30
 # Away from the middle, where the screen draws a cross.
 DISC_PX, DISC_RADIUS_PX = (417, 130), 40
 # The middle of a disc on the screen, by its pixels above a threshold.
@@ -120,12 +119,8 @@ class Screen(unittest.TestCase):
     def script(self, text, *values):
         return self.page.run(text, *values)
 
-    def until(self, expression, *values):
-        """Waits for what is true in the page."""
-        end = time.monotonic() + LONGEST_WAIT_S
-        while not self.script(f"return Boolean({expression})", *values):
-            self.assertLess(time.monotonic(), end, f"{expression}: {self.script('return document.body.innerText')}")
-            time.sleep(0.03)
+    def until(self, condition, *values):
+        self.page.until(condition, *values)
 
     def press(self, name):
         self.until("document.getElementById(arguments[0])", f"do-{name}")
@@ -134,10 +129,7 @@ class Screen(unittest.TestCase):
 
     def arrived(self, *orders):
         """The commands that the server has had so far."""
-        end = time.monotonic() + LONGEST_WAIT_S
-        while len(self.station.orders) < len(orders):
-            self.assertLess(time.monotonic(), end, f"{self.station.orders}: {self.script('return document.body.innerText')}")
-            time.sleep(0.03)
+        self.until(lambda: len(self.station.orders) >= len(orders))
         self.assertEqual(self.station.orders, list(orders))
 
     def shown(self, frame):
@@ -202,9 +194,7 @@ class Screen(unittest.TestCase):
         self.open()
         path = Path(__file__).with_name("CMakeLists.txt")
         self.page.driver.find_element("id", "upload").send_keys(str(path))
-        end = time.monotonic() + LONGEST_WAIT_S
-        while not self.station.uploads and time.monotonic() < end:
-            time.sleep(0.03)
+        self.until(lambda: self.station.uploads)
         self.assertEqual(self.station.uploads, [("CMakeLists.txt", path.read_bytes())])
 
     def test_each_choice_answers_the_question_that_is_open(self):
@@ -279,9 +269,7 @@ class Screen(unittest.TestCase):
                 self.arrived_at("search", [factor * (at + 0.5) - 0.5 for at in self.click_disc("aim-search")], factor=factor)
 
     def arrived_at(self, choice, at_px, frame=3, factor=1):
-        end = time.monotonic() + LONGEST_WAIT_S
-        while not self.station.orders and time.monotonic() < end:
-            time.sleep(0.03)
+        self.until(lambda: self.station.orders)
         (order,) = self.station.orders
         self.assertEqual((order["do"], order["question"], order["choice"], order["frame"]), ("answer", 3, choice, frame))
         for got, wanted in zip(order["at_px"], at_px):

@@ -113,8 +113,7 @@ class Surface(unittest.TestCase):
         self.browser.open(self.folder / "fit.html")
         before = pixels(self.browser, 2)
         self.browser.run("document.querySelectorAll('canvas')[2].dispatchEvent(new KeyboardEvent('keydown', {key: 'ArrowLeft'}))")
-        self.browser.settle()
-        self.assertNotEqual(pixels(self.browser, 2), before)
+        self.browser.until(lambda: pixels(self.browser, 2) != before)
 
     def test_states_the_change(self):
         self.browser.open(self.folder / "diff.html")

@@ -17,7 +17,7 @@ struct Row {
   std::string_view what;  ///< of inputs: "FILE is ..."
 };
 
-constexpr std::array<Row, 38> kFileOptions = {{
+constexpr auto kFileOptions = std::to_array<Row>({
     {"PROGRAM", FileUse::Read, "the program"},
     {"--program", FileUse::Read, "the program"},
     {"MANIFEST", FileUse::Read, "the manifest"},
@@ -57,7 +57,7 @@ constexpr std::array<Row, 38> kFileOptions = {{
     {"--save-measurements", FileUse::Output, ""},
     {"--save-probes", FileUse::Output, ""},
     {"--token-file", FileUse::Output, ""},
-}};
+});
 
 /// "-m,--machine", as registered; of arguments, their word.
 std::string registered_name(const CLI::Option& option) {
