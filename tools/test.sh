@@ -92,7 +92,9 @@ test_sanitized() {
 # The threads that look at pictures and do jobs; libraries that are not built here are not watched.
 test_threads() {
   step "configure with thread sanitizer" cmake -S "$root" --preset tsan
-  step "build with thread sanitizer" cmake --build "$root/build/tsan" --target panelcal
+  step "build with thread sanitizer" cmake --build "$root/build/tsan" --target panelcal threads_test
+  step "shared objects with thread sanitizer" env TSAN_OPTIONS=ignore_noninstrumented_modules=1 \
+    "$root/build/tsan/tests/machine/threads_test"
   step "threads with thread sanitizer" python3 "$root/tests/tools/threads_test.py" \
     "$root/build/tsan/tools/panelcal" "$root"
   step "batch with thread sanitizer" python3 "$root/tests/tools/batch_test.py" \
