@@ -72,7 +72,7 @@ endfunction()
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")
 set(CPACK_COMPONENTS_ALL "")
 package(program panelcal "make a drilling machine hit the panel on the table"
-  SUGGESTS "panelcal-cameras, panelcal-serve, panelcal-doc"
+  SUGGESTS "panelcal-cameras, panelcal-serve, panelcal-postgresql, panelcal-doc"
   DESCRIPTION
   "panelcal reads part programs for printed-circuit drilling and routing"
   "machines (Excellon, SIEB & MEYER), measures fiducials in pictures, fits"
@@ -90,6 +90,11 @@ package(serve panelcal-serve "screen at the machine for panelcal"
   DESCRIPTION
   "The module by which \"panelcal serve\" shows a drilling machine in a"
   "browser and lets one person operate it, and its systemd unit.")
+package(postgresql panelcal-postgresql "PostgreSQL for panelcal"
+  DEPENDS "panelcal (= ${PROJECT_VERSION})"
+  DESCRIPTION
+  "The module by which \"panelcal batch --store\" and \"panelcal history push\""
+  "gather batches and ledgers of many machines in a PostgreSQL database.")
 # As panelcalConfig.cmake finds them.
 if(Aravis_FOUND)
   set(cameras_of_library ", libaravis-dev, libusb-1.0-0-dev, pkg-config")

@@ -29,6 +29,7 @@ set(PANELCAL_WEB_MODULES
     views/history.js
     views/night.js
     views/batch.js
+    views/fleet.js
     main.js)
 
 # The operator's screen: what it needs of the same modules, and its own.

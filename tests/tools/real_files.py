@@ -109,6 +109,7 @@ COMMANDS = {
     "synth": "job.exc -m machine.toml",
     "batch": "jobs.csv",
     "batch merge": "results",
+    "batch push": "results --store all.sqlite",
     "batch report": "results",
     "batch show": "results",
     "calibrate camera": "-m machine.toml --images images --plate plate.toml",
@@ -131,6 +132,8 @@ COMMANDS = {
     "history rollback": f"-l drill1.ledger {KEY} --reason test",
     "history fresh-start": f"-l drill1.ledger {KEY} --reason test",
     "history plot": f"-l drill1.ledger {KEY} --parameter offset_x",
+    "history push": "-l drill1.ledger --store all.sqlite",
+    "history fleet": "--store all.sqlite",
     "history verify": "-l drill1.ledger -m machine.toml --against map.json",
     "surface fit": "probes.jsonl -m machine.toml --zones zones.toml --voids-of job.exc",
     "surface query": "map.json --program job.exc -m machine.toml",
@@ -139,12 +142,12 @@ COMMANDS = {
     "surface apply": "map.json program.ngc --zero 10,10",
     "surface export": "map.json --grid 3x3 --format heightmap",
 }
-# Options with a text that name no output; all others with a text are tried as outputs.
+# Options with a text that name no output (--store: only a database of its own is written to); all others with a text are tried as outputs.
 NO_OUTPUTS = {
     "--address", "--against", "--align", "--area", "--at", "--by", "--camera", "--certificate", "--clock", "--device", "--engine", "--explain", "--flavour", "--form", "--format", "--grid",
     "--host", "--host-name", "--images", "--key", "--kind", "--ledger", "--log-level", "--machine", "--machine-driver",
     "--measurements", "--model", "--name", "--only", "--panel", "--parameter", "--pattern", "--plate", "--probes", "--profile", "--program", "--program-format", "--range",
-    "--reason", "--seed", "--shard", "--since", "--slots", "--subject", "--surface", "--sweep", "--template", "--to", "--truth",
+    "--reason", "--reports", "--seed", "--shard", "--since", "--slots", "--store", "--subject", "--surface", "--sweep", "--template", "--to", "--truth",
     "--unit", "--voids-of", "--zero", "--zone", "--zones"}
 OUTPUTS = {"--jobs", "--json", "--linuxcnc", "--metrics", "--output", "--overlay", "--report",
            "--save-measurements", "--save-probes", "--token-file"}

@@ -27,6 +27,7 @@
 #include "tools/cli/commands.h"
 #include "tools/cli/output_paths.h"
 #include "tools/cli/process/version.h"
+#include "tools/gather/jobs.h"
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -67,10 +68,17 @@ class BatchRun {
       PANELCAL_CHECK(gather());
     }
     PANELCAL_CHECK(select());
+    PANELCAL_CHECK(open_database());
     PANELCAL_CHECK(is_array ? work_by_array() : work());
     if (shard_) return shard_answer();
-    return answer_of(
-        *store_, {session_.n_jobs, session_.seconds}, {options_.facts, options_.metrics}, context_);
+    deliver_rest();
+    PANELCAL_TRY(Answer answer,
+                 answer_of(*store_,
+                           {session_.n_jobs, session_.seconds},
+                           {options_.facts, options_.metrics},
+                           context_));
+    if (lacks_jobs_) answer.code = std::max(answer.code, ExitCode::DeviceFailed);
+    return answer;
   }
 
  private:
@@ -84,6 +92,10 @@ class BatchRun {
     if (options_.engine != "local" && options_.manifest == "-") {
       return failure(usage_of_batch("jobs from standard input, for more than one process",
                                     "a manifest that all of them can read"));
+    }
+    if (!options_.store.empty() && (!options_.shard.empty() || options_.engine == "parallel")) {
+      return failure(usage_of_batch("--store for a part of the batch",
+                                    "`panelcal batch push` behind `panelcal batch merge`"));
     }
     if (!options_.shard.empty()) {
       PANELCAL_TRY(shard_, read_shard(options_.shard));
@@ -217,6 +229,33 @@ class BatchRun {
     return std::clamp<std::size_t>(asked, 1, std::max<std::size_t>(1, selected_.size()));
   }
 
+  /// Before the first job, so that a wrong address is known at once.
+  Expected<void> open_database() {
+    if (options_.store.empty()) return {};
+    PANELCAL_TRY(gather::JobDelivery delivery, gather::JobDelivery::begin(options_.store, *store_));
+    delivery_.emplace(std::move(delivery));
+    return {};
+  }
+
+  /// What does not reach the database stays in the results: the batch goes on without it.
+  void deliver(std::int64_t first, std::int64_t last) {
+    if (!delivery_) return;
+    const Expected<std::int64_t> n = delivery_->deliver(first, last);
+    if (n) return;
+    context_.console.end_progress();
+    context_.console.print(n.error());
+    context_.console.say(
+        fmt::format("the results are whole in {}; `panelcal batch push {} --store "
+                    "...` brings them into the database",
+                    options_.output,
+                    options_.output));
+    delivery_.reset();
+    lacks_jobs_ = true;
+  }
+
+  /// Jobs of earlier starts, and those that lie far apart.
+  void deliver_rest() { deliver(1, static_cast<std::int64_t>(manifest_.jobs.size())); }
+
   Expected<void> work() {
     if (selected_.empty()) return {};
     const std::size_t n = n_threads();
@@ -275,6 +314,8 @@ class BatchRun {
     session_.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count();
     PANELCAL_CHECK(store_->put(outcomes_, i_session_, session_));
+    const auto [first, last] = std::minmax({outcomes_.front().number, outcomes_.back().number});
+    if (last - first < 4 * static_cast<std::int64_t>(outcomes_.size())) deliver(first, last);
     files_.clear();
     outcomes_.clear();
     return tell();
@@ -367,7 +408,9 @@ class BatchRun {
   JobCount count_;
   std::optional<ResultFolder> results_;
   std::optional<Store> store_;
-  std::string time_;  ///< on the wall, of the batch
+  std::optional<gather::JobDelivery> delivery_;
+  bool lacks_jobs_ = false;  ///< the database; the results have them
+  std::string time_;         ///< on the wall, of the batch
   std::vector<std::size_t> selected_;
   StoredSession session_;
   std::int64_t i_session_ = 0;

@@ -9,6 +9,7 @@
 #include "machine/files/machine_files.h"
 #include "tools/batch/manifest/manifest.h"
 #include "tools/batch/output/facts.h"
+#include "tools/batch/results.h"
 #include "tools/batch/store/store.h"
 #include "tools/batch/work/worker.h"
 #include "tools/cli/commands.h"
@@ -19,15 +20,6 @@
 namespace panelcal {
 namespace batch {
 namespace {
-
-Expected<Store> open_results_of(const std::string& folder) {
-  const std::filesystem::path file = std::filesystem::path(folder) / Store::kFileName;
-  std::error_code ignored;
-  if (!std::filesystem::exists(file, ignored)) {
-    return failure({Code::Usage, {folder, 0, 0}, "no results of a batch", "the folder of -o"});
-  }
-  return Store::open_to_read(file);
-}
 
 /// Looks at the worst targets' pictures once more, as far as they are still there: the facts get
 /// their crops.

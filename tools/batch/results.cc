@@ -96,6 +96,15 @@ Expected<Store> begin_store(const ResultFolder& folder, const StoredBatch& batch
   return Store::open(file);
 }
 
+Expected<Store> open_results_of(const std::string& folder) {
+  const fs::path file = fs::path(folder) / Store::kFileName;
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) {
+    return failure({Code::Usage, {folder, 0, 0}, "no results of a batch", "the folder of -o"});
+  }
+  return Store::open_to_read(file);
+}
+
 Expected<void> check_same_batch(const StoredBatch& stored,
                                 const StoredBatch& wanted,
                                 const std::string& folder,

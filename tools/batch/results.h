@@ -16,6 +16,11 @@ namespace panelcal::batch {
 /// Fails  device-write
 Expected<Store> begin_store(const ResultFolder& folder, const StoredBatch& batch);
 
+/// Opens the store in a folder of results, for queries alone.
+///
+/// Fails  usage: there is none
+Expected<Store> open_results_of(const std::string& folder);
+
 /// Checks that results are those of the batch that is wanted.
 ///
 /// In     folder: stands in the diagnostic; clock: that the options ask for; may be empty

@@ -70,6 +70,8 @@ constexpr auto kCommands = std::to_array<CommandRow>({
         "batch", "Do many jobs on all cores, and go on where it was ended", pages::kBatch),
     row<BatchReportOptions, add_batch_merge_options, batch::merge>(
         "batch merge", "Put the shards of a batch together", pages::kBatchMerge),
+    row<BatchReportOptions, add_batch_push_options, batch::push>(
+        "batch push", "Bring the results of a batch into a database", pages::kBatchPush),
     row<BatchReportOptions, add_batch_report_options, batch::report>(
         "batch report", "Write a page of what a batch has found", pages::kBatchReport),
     row<BatchReportOptions, add_batch_show_options, batch::show>(
@@ -136,6 +138,10 @@ constexpr auto kCommands = std::to_array<CommandRow>({
         "history verify",
         "Check every hash of the ledger, and that it has what calibrations and reports note of it",
         pages::kHistoryVerify),
+    row<HistoryOptions, add_history_push_options, history::push>(
+        "history push", "Bring a ledger and its nights into a database", pages::kHistoryPush),
+    row<HistoryOptions, add_history_fleet_options, history::show_fleet>(
+        "history fleet", "Say which machines of a database may drill now", pages::kHistoryFleet),
     {"surface", "Map probed heights, ask the map, and plan where to probe", pages::kSurface},
     row<SurfaceOptions, add_surface_fit_options, surface::fit>(
         "surface fit", "Make a map of probed heights", pages::kSurfaceFit),

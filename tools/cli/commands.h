@@ -51,6 +51,7 @@ Expected<Answer> filter(const ApplyOptions& options, CommandContext& context);
 
 namespace batch {
 Expected<Answer> merge(const BatchReportOptions& options, CommandContext& context);
+Expected<Answer> push(const BatchReportOptions& options, CommandContext& context);
 Expected<Answer> report(const BatchReportOptions& options, CommandContext& context);
 Expected<Answer> show(const BatchReportOptions& options, CommandContext& context);
 }  // namespace batch
@@ -76,6 +77,8 @@ Expected<Answer> roll_back(const HistoryOptions& options, CommandContext& contex
 Expected<Answer> fresh_start(const HistoryOptions& options, CommandContext& context);
 Expected<Answer> plot(const HistoryOptions& options, CommandContext& context);
 Expected<Answer> verify(const HistoryOptions& options, CommandContext& context);
+Expected<Answer> push(const HistoryOptions& options, CommandContext& context);
+Expected<Answer> show_fleet(const HistoryOptions& options, CommandContext& context);
 }  // namespace history
 
 namespace surface {

@@ -12,6 +12,7 @@
 #include "calib/ledger/ledger.h"
 #include "machine/devices/cameras/camera_uri.h"
 #include "tools/cli/process/version.h"
+#include "tools/gather/address.h"
 
 namespace panelcal {
 
@@ -23,7 +24,9 @@ std::pair<std::string, std::string> command_line_row(const Options& options) {
     const bool is_left_out = std::exchange(is_number, word == "--threads");
     if (is_left_out || is_number || word.starts_with("--threads=")) continue;
     // The path of panelcal's installation is no fact about the job.
-    command_line += command_line.empty() ? "panelcal" : " " + without_password(word);
+    command_line += command_line.empty()
+                        ? "panelcal"
+                        : " " + gather::without_database_password(without_password(word));
   }
   return {"command line", command_line};
 }

@@ -16,6 +16,7 @@ namespace {
 std::string_view package_of(std::string_view file) {
   if (file == "libpanelcal_gige.so") return "panelcal-cameras";
   if (file == "libpanelcal_http.so") return "panelcal-serve";
+  if (file == "libpanelcal_postgresql.so") return "panelcal-postgresql";
   return "";
 }
 

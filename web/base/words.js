@@ -895,6 +895,17 @@ const words = {
   serve_roll_back: ["Put in force again", "Wieder in Kraft setzen"],
   serve_roll_back_now: ["Roll back to this", "Hierauf zurücksetzen"],
   serve_more_entries: ["{n} older entries: panelcal history shows them.", "{n} ältere Einträge: panelcal history zeigt sie."],
+  // Machines of a shop.
+  fleet_title: ["Machines of", "Maschinen von"],
+  fleet_machines: ["Machines", "Maschinen"],
+  fleet_drill: ["may drill", "darf bohren"],
+  fleet_hold: ["hold", "Halt"],
+  fleet_unknown: ["unknown", "unbekannt"],
+  fleet_until: ["until", "bis"],
+  fleet_why: ["why", "warum"],
+  fleet_night: ["last night", "letzte Nacht"],
+  fleet_since: ["entries since", "Einträge seither"],
+  fleet_pushed: ["pushed", "übertragen"],
   // Batches.
   batch_title: ["Batch", "Stapel"],
   batch_summary: ["Summary", "Überblick"],

@@ -4,13 +4,13 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
-#include <cmath>
 #include <system_error>
 #include <utility>
 
 #include "calib/base/files/file_descriptor.h"
 #include "calib/ledger/database/sqlite.h"
 #include "tools/batch/store/schema.h"
+#include "tools/batch/store/sqlite_values.h"
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
@@ -25,55 +25,9 @@ using internal::SqliteTransaction;
 /// Longer than another program's query takes.
 constexpr std::chrono::milliseconds kStoreTimeout{10'000};
 
-/// Of the connection the words are a ledger's.
-Diagnostic of_store(Diagnostic problem) {
-  switch (problem.code) {
-    case Code::LedgerBusy:
-      return {Code::DeviceWrite, problem.place, "another program has locked it", "it to be free"};
-    case Code::LedgerCorrupt:
-      return {Code::Usage, problem.place, problem.what, "the store of a batch, whole"};
-    default:
-      return problem;
-  }
-}
-
 template <class T>
 Expected<T> of_store(Expected<T> value) {
-  if (!value) return failure(of_store(std::move(value).error()));
-  return value;
-}
-
-void bind(SqliteStatement& statement, int i, const StoredValue& value) {
-  if (const auto* whole = std::get_if<std::int64_t>(&value)) {
-    statement.bind(i, *whole);
-  } else if (const auto* number = std::get_if<double>(&value); number && std::isfinite(*number)) {
-    statement.bind_number(i, *number);
-  } else if (const auto* text = std::get_if<std::string>(&value)) {
-    statement.bind(i, *text);
-  } else {
-    statement.bind_null(i);
-  }
-}
-
-StoredRow row_of(const SqliteStatement& statement) {
-  StoredRow row;
-  for (int i = 0; i < statement.n_columns(); ++i) {
-    switch (statement.kind(i)) {
-      case SqliteStatement::Kind::Null:
-        row.emplace_back();
-        break;
-      case SqliteStatement::Kind::Integer:
-        row.emplace_back(statement.integer(i));
-        break;
-      case SqliteStatement::Kind::Number:
-        row.emplace_back(statement.number(i));
-        break;
-      case SqliteStatement::Kind::Text:
-        row.emplace_back(std::string(statement.text(i)));
-        break;
-    }
-  }
-  return row;
+  return of_database(std::move(value), "the store of a batch, whole");
 }
 
 std::string insertion(const StoreTable& table) {

@@ -38,12 +38,28 @@ the same, byte for byte. The folder, the manifest and panelcal have to stand on 
 nodes share. SBATCH_PARTITION, SBATCH_TIMELIMIT and such in the environment decide where the tasks
 run. After a kill of this process --resume follows the same array. `--engine parallel | sh` does
 it by GNU parallel; `--shard 3/8` is one part, for any other scheduler (docs/howto/cluster.md).
+--store postgresql://drill@db/panelcal brings every job into a database of many batches besides, as it
+is done; the results stay whole without it, and `panelcal batch push` brings what is missing there.
 --metrics batch.prom writes what came of it for Prometheus (docs/howto/metrics.md).
 
 Exit codes (over all jobs that are done; a shard ends with 0 when its jobs are done)
   0 all were drilled; 1 some were held by gates or tolerances; 2 some failed, or bad input or usage;
   3 some failed by a device, or the disk failed: the batch ended, go on with --resume;
   129, 130, 143 SIGHUP, SIGINT or SIGTERM came: what was done is kept, go on with --resume)";
+
+inline constexpr std::string_view kBatchPush = R"(Example
+  $ panelcal batch push results --store postgresql://drill@db.shop/panelcal
+  30 jobs put into postgresql://drill@db.shop/panelcal
+  $ psql -h db.shop -U drill panelcal -c 'SELECT * FROM panelcal.refusals'
+
+Brings the jobs of a batch into a database that has those of many batches, with their targets, fits,
+holes, diagnostics and pictures (docs/formats/gathered.md): PostgreSQL, or a file of SQLite. It makes
+the tables where there are none. Jobs that are there as they are here are not sent again, so that a
+push that was ended anywhere is finished by another one. PGPASSFILE, or ~/.pgpass, has passwords: on
+the command line every user of the computer sees them.
+
+Exit codes
+  0 done; 2 bad input or usage; 3 the database cannot be reached or written)";
 
 inline constexpr std::string_view kBatchMerge = R"(Example
   $ panelcal batch jobs.csv -o results --clock 2026-11-27T12:00:00 --shard 1/2

@@ -107,4 +107,34 @@ Exit codes
   0 every hash is right and no noted entry is missing; 2 bad input or usage; 3 the ledger is damaged,
   cut off or busy, or the disk failed)";
 
+inline constexpr std::string_view kHistoryPush = R"(Example
+  $ panelcal history push -l drill1.ledger --reports reports --store postgresql://drill@db/panelcal
+  12 new entries, 3 new nights put into postgresql://drill@db/panelcal
+
+Brings a ledger, and the nights that its reports tell of, into a database of many machines
+(docs/formats/gathered.md): PostgreSQL, or a file of SQLite. Every hash of the ledger is checked
+first. A ledger that lacks entries which the database has of it, or has them otherwise, was replaced:
+it is refused, and nothing is put in. A second push changes nothing but its time. As the last line
+of the timer's service it keeps the database as new as the night.
+
+Exit codes
+  0 done; 2 bad input or usage; 3 the ledger is damaged or was replaced, or the database cannot be
+  reached)";
+
+inline constexpr std::string_view kHistoryFleet = R"(Example
+  $ panelcal history fleet --store postgresql://drill@db/panelcal --report fleet.html
+  drill    drill 1  until 2026-12-01T11:51:00Z: drill, until 2026-12-01T11:51:00Z
+  hold     drill 2  do not drill: spindle-camera spindle 1 station 1: hold: ...
+  unknown  drill 3  no night since 2026-11-24T02:10:00Z
+  1 of 3 may drill now
+
+Says of every machine whose nights were pushed whether it may drill now: its last night says so, its
+forecast has not ended (without a forecast a night holds for 36 h), and its ledger has no calibration
+behind that night. Whatever is not known is "unknown". --report is a page, --json the facts
+(share/schema/fleet.schema.json). What was not pushed is not known: see the time of the push.
+
+Exit codes
+  0 all may drill; 1 some may not, or it is not known; 2 bad input or usage; 3 the database cannot be
+  reached)";
+
 }  // namespace panelcal::pages

@@ -105,4 +105,21 @@ void add_history_verify_options(CLI::App& command, HistoryOptions& o) {
   add_json(command, o.facts);
 }
 
+void add_history_push_options(CLI::App& command, HistoryOptions& o) {
+  command.add_option("-l,--ledger", o.ledger, "The ledger's file")->required();
+  command.add_option("--reports", o.reports, "Folder of the machine's nights ([nightly] reports)");
+  command
+      .add_option("--store", o.store, "Database: postgresql://USER@HOST/NAME, or a file of SQLite")
+      ->required();
+}
+
+void add_history_fleet_options(CLI::App& command, HistoryOptions& o) {
+  command
+      .add_option("--store", o.store, "Database: postgresql://USER@HOST/NAME, or a file of SQLite")
+      ->required();
+  command.add_option(
+      "--clock", o.clock, "Date and time in UTC, such as 2026-11-21T02:00:00Z (default: now)");
+  add_page(command, o);
+}
+
 }  // namespace panelcal

@@ -77,6 +77,11 @@ CLI::Option* add_metrics(CLI::App& command, std::string& metrics) {
       "--metrics", metrics, "Numbers for Prometheus (.prom), for its node exporter");
 }
 
+CLI::Option* add_store(CLI::App& command, std::string& store) {
+  return command.add_option(
+      "--store", store, "Database of many batches: postgresql://USER@HOST/NAME, or a file");
+}
+
 /// A batch on more than one computer.
 void add_engine(CLI::App& command, BatchOptions& o) {
   CLI::Option_group* engine = command.add_option_group("ENGINE", "Engine: more than one computer");
@@ -373,6 +378,7 @@ void add_batch_options(CLI::App& command, BatchOptions& o) {
   command.add_flag("--places", o.keeps_places, "List every hole in each job's facts.json");
   add_json(command, o.facts);
   add_metrics(command, o.metrics);
+  add_store(command, o.store);
   add_clock(command, o.clock);
   add_threads(command, o.n_threads);
   add_engine(command, o);
@@ -387,6 +393,11 @@ void add_batch_report_options(CLI::App& command, BatchReportOptions& o) {
 void add_batch_merge_options(CLI::App& command, BatchReportOptions& o) {
   add_batch_show_options(command, o);
   add_metrics(command, o.metrics);
+}
+
+void add_batch_push_options(CLI::App& command, BatchReportOptions& o) {
+  command.add_option("RESULTS", o.results, "Folder of the results")->required();
+  add_store(command, o.store)->required();
 }
 
 void add_batch_show_options(CLI::App& command, BatchReportOptions& o) {

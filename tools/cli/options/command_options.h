@@ -25,6 +25,7 @@ void add_locate_options(CLI::App& command, LocateCommandOptions& o);
 void add_synth_options(CLI::App& command, SynthOptions& o);
 void add_batch_options(CLI::App& command, BatchOptions& o);
 void add_batch_merge_options(CLI::App& command, BatchReportOptions& o);
+void add_batch_push_options(CLI::App& command, BatchReportOptions& o);
 void add_batch_report_options(CLI::App& command, BatchReportOptions& o);
 void add_batch_show_options(CLI::App& command, BatchReportOptions& o);
 void add_nightly_options(CLI::App& command, NightlyOptions& o);
@@ -48,6 +49,8 @@ void add_history_rollback_options(CLI::App& command, HistoryOptions& o);
 void add_history_fresh_start_options(CLI::App& command, HistoryOptions& o);
 void add_history_plot_options(CLI::App& command, HistoryOptions& o);
 void add_history_verify_options(CLI::App& command, HistoryOptions& o);
+void add_history_push_options(CLI::App& command, HistoryOptions& o);
+void add_history_fleet_options(CLI::App& command, HistoryOptions& o);
 
 void add_align_apply_options(CLI::App& command, ApplyOptions& o);
 void add_filter_options(CLI::App& command, ApplyOptions& o);

@@ -42,6 +42,7 @@ constexpr auto kFileOptions = std::to_array<Row>({
     {"--measurements", FileUse::Read, "the file of --measurements"},
     {"--plate", FileUse::Read, "the file of --plate"},
     {"--probes", FileUse::Read, "the file of --probes"},
+    {"--store", FileUse::Read, "the database of --store"},
     {"--surface", FileUse::Read, "the file of --surface"},
     {"--sweep", FileUse::Read, "the file of --sweep"},
     {"--truth", FileUse::Read, "the file of --truth"},

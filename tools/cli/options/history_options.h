@@ -33,7 +33,10 @@ struct HistoryOptions {
   std::string program;       ///< empty: only the parameters are compared
   std::string machine_file;  ///< machine.toml; with a program, or to verify
   std::string measurements;  ///< of an earlier job: where in the picture targets were seen
-  std::string clock;         ///< as CheckOptions
+  // push and fleet: a database of many machines.
+  std::string store;    ///< its address
+  std::string reports;  ///< the folder of the nights; empty: none
+  std::string clock;    ///< as CheckOptions
   std::int64_t max_operations = kUsualMaxOperations;
   ReadingTerms reading;
 };

@@ -140,6 +140,7 @@ struct BatchOptions {
   std::string engine = "local";  ///< local, slurm or parallel
   std::string shard;             ///< "3/8": only these jobs; empty: all
   std::string metrics;           ///< for Prometheus; empty: none
+  std::string store;             ///< the address of a database besides; empty: none
   FactsFiles facts;
   std::size_t n_sampled = 0;   ///< 0: all
   std::size_t n_threads = 0;   ///< 0: one for each processor; of a shard one
@@ -149,11 +150,12 @@ struct BatchOptions {
   bool keeps_places = false;
 };
 
-/// Of `batch report`, `batch show` and `batch merge`.
+/// Of `batch report`, `batch show`, `batch merge` and `batch push`.
 struct BatchReportOptions {
   std::string results;
   FactsFiles facts;
   std::string metrics;  ///< of merge
+  std::string store;    ///< of push
 };
 
 struct NightlyOptions {
