@@ -19,6 +19,11 @@ def programs_folder():
     return str(Path(found[-1]).parent) if found and shutil.which("psql") else ""
 
 
+def as_server_user():
+    """Its programs refuse to run as root."""
+    return ["setpriv", "--reuid=postgres", "--regid=postgres", "--clear-groups"] if os.geteuid() == 0 else []
+
+
 class Server:
     def __init__(self):
         # Short: a socket's path has at most 107 characters.
@@ -38,17 +43,14 @@ class Server:
         return f"postgresql://{USER}@/drill?host={self.folder}"
 
     def call(self, program, *words):
-        """It refuses to run as root."""
-        as_user = ["setpriv", "--reuid=postgres", "--regid=postgres", "--clear-groups"] if os.geteuid() == 0 else []
-        done = subprocess.run([*as_user, f"{programs_folder()}/{program}", *map(str, words)], cwd="/",
+        done = subprocess.run([*as_server_user(), f"{programs_folder()}/{program}", *map(str, words)], cwd="/",
                               stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stdout + done.stderr
         return done.stdout
 
     def control(self, *words):
-        # The server keeps what it inherits open, so that nobody's pipe may be among it.
-        as_user = ["setpriv", "--reuid=postgres", "--regid=postgres", "--clear-groups"] if os.geteuid() == 0 else []
-        subprocess.run([*as_user, f"{programs_folder()}/pg_ctl", "-D", str(self.data), "-w", "-s", *words], cwd="/", check=True,
+        # The server keeps what it inherits open: no pipe of the test's may be among it.
+        subprocess.run([*as_server_user(), f"{programs_folder()}/pg_ctl", "-D", str(self.data), "-w", "-s", *words], cwd="/", check=True,
                        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
     def start(self):

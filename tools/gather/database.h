@@ -19,7 +19,7 @@ using batch::StoredValue;
 /// A database that the results of many batches and the ledgers of many machines are gathered in: a
 /// file of SQLite, or one of PostgreSQL's. Both take the same statements.
 ///
-/// Fails  device-write: the database cannot be reached or written; usage: it is none of ours
+/// Fails  device-write: the database cannot be reached or written; usage: another program's
 class Database {
  public:
   Database() = default;
