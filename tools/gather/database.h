@@ -69,7 +69,7 @@ class Transaction {
 ///
 /// In     address: a file, or postgresql://USER@HOST/DATABASE as libpq takes it
 /// Fails  device-write; usage (another program's, or one of a newer panelcal)
-/// See    docs/howto/gather.md; tests/tools/gather_test.py
+/// See    docs/formats/gathered.md; tests/tools/gather_test.py
 Expected<std::unique_ptr<Database>> open_database(const std::string& address);
 
 /// Without tables yet.

@@ -83,7 +83,7 @@ std::vector<StoredRow> factors_of(const std::string& id, const StoredRow& job) {
   return rows;
 }
 
-Expected<void> put(Database& database, const std::string& id, const Jobs& jobs) {
+Expected<void> put_jobs(Database& database, const std::string& id, const Jobs& jobs) {
   std::vector<std::int64_t> numbers;
   for (const auto& [number, job] : jobs) numbers.push_back(number);
   const std::string list = fmt::format("{}", fmt::join(numbers, ","));
@@ -172,7 +172,7 @@ Expected<std::int64_t> JobDelivery::deliver_some(std::int64_t first, std::int64_
     if (job != jobs.end() && row[1] == StoredValue(job->second.sha256)) jobs.erase(job);
   }
   if (jobs.empty()) return 0;
-  PANELCAL_CHECK(put(*database_, id_, jobs));
+  PANELCAL_CHECK(put_jobs(*database_, id_, jobs));
   return static_cast<std::int64_t>(jobs.size());
 }
 

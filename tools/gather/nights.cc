@@ -195,7 +195,7 @@ Expected<std::int64_t> push_nights(const fs::path& reports,
   return n_nights;
 }
 
-std::string text_of(const StoredValue& value) {
+std::string text_in(const StoredValue& value) {
   const auto* text = std::get_if<std::string>(&value);
   return text == nullptr ? std::string() : *text;
 }
@@ -255,14 +255,14 @@ Expected<void> look_behind(FleetMachine& machine,
   const StoredRow& newest = later.front();
   machine.newest_entry = fmt::format("entry {} of {}: {} {} {} by {}",
                                      whole_of(newest[0]),
-                                     text_of(newest[1]),
-                                     text_of(newest[2]),
-                                     text_of(newest[3]),
-                                     text_of(newest[4]),
-                                     text_of(newest[5]));
+                                     text_in(newest[1]),
+                                     text_in(newest[2]),
+                                     text_in(newest[3]),
+                                     text_in(newest[4]),
+                                     text_in(newest[5]));
   const bool has_changed = std::ranges::any_of(later, [](const StoredRow& row) {
-    return text_of(row[4]) == word(LedgerVerdict::Installed) ||
-           text_of(row[4]) == word(LedgerVerdict::RolledBack);
+    return text_in(row[4]) == word(LedgerVerdict::Installed) ||
+           text_in(row[4]) == word(LedgerVerdict::RolledBack);
   });
   if (machine.state == FleetState::Drill && has_changed) {
     machine.state = FleetState::Unknown;
@@ -307,9 +307,9 @@ Expected<std::vector<FleetMachine>> fleet(Database& database, std::chrono::sys_s
                database.rows("SELECT entry.machine, max(ledger.pushed) FROM entry JOIN ledger ON "
                              "ledger.id = entry.ledger GROUP BY entry.machine"));
   for (const StoredRow& row : known) {
-    FleetMachine& machine = machines[text_of(row[0])];
-    machine.machine = text_of(row[0]);
-    machine.pushed = text_of(row[1]);
+    FleetMachine& machine = machines[text_in(row[0])];
+    machine.machine = text_in(row[0]);
+    machine.pushed = text_in(row[1]);
     machine.why = "none of its nights was pushed";
   }
   PANELCAL_TRY(
@@ -317,16 +317,16 @@ Expected<std::vector<FleetMachine>> fleet(Database& database, std::chrono::sys_s
       database.rows("SELECT machine, night, finished, verdict, outcome, asked_by, may_drill, "
                     "drill_until, ledger_entry, ledger_sha256, pushed FROM last_night"));
   for (const StoredRow& row : nights) {
-    FleetMachine& machine = machines[text_of(row[0])];
-    machine.machine = text_of(row[0]);
-    machine.night = text_of(row[1]);
-    machine.finished = text_of(row[2]);
-    machine.verdict = text_of(row[3]);
-    machine.outcome = text_of(row[4]);
-    machine.asked_by = text_of(row[5]);
-    machine.pushed = std::max(machine.pushed, text_of(row[10]));
-    judge(machine, whole_of(row[6]) != 0, text_of(row[7]), now);
-    PANELCAL_CHECK(look_behind(machine, whole_of(row[8]), text_of(row[9]), database));
+    FleetMachine& machine = machines[text_in(row[0])];
+    machine.machine = text_in(row[0]);
+    machine.night = text_in(row[1]);
+    machine.finished = text_in(row[2]);
+    machine.verdict = text_in(row[3]);
+    machine.outcome = text_in(row[4]);
+    machine.asked_by = text_in(row[5]);
+    machine.pushed = std::max(machine.pushed, text_in(row[10]));
+    judge(machine, whole_of(row[6]) != 0, text_in(row[7]), now);
+    PANELCAL_CHECK(look_behind(machine, whole_of(row[8]), text_in(row[9]), database));
   }
   std::vector<FleetMachine> out;
   for (auto& [name, machine] : machines) out.push_back(std::move(machine));

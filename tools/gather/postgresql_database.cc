@@ -64,7 +64,7 @@ std::string as_utf8(std::string_view text) {
 }
 
 /// In PostgreSQL's text form; empty: NULL.
-std::optional<std::string> text_of(const StoredValue& value) {
+std::optional<std::string> parameter_text(const StoredValue& value) {
   if (const auto* whole = std::get_if<std::int64_t>(&value)) return std::to_string(*whole);
   if (const auto* number = std::get_if<double>(&value); number && std::isfinite(*number)) {
     return fmt::format("{}", *number);
@@ -145,7 +145,7 @@ class PostgresqlDatabase final : public Database {
     } else {
       std::vector<std::optional<std::string>> texts;
       std::vector<const char*> parameters;
-      for (const StoredValue& value : values) texts.push_back(text_of(value));
+      for (const StoredValue& value : values) texts.push_back(parameter_text(value));
       for (const auto& text : texts) parameters.push_back(text ? text->c_str() : nullptr);
       result.reset(PQexecParams(connection_.get(),
                                 numbered(sql).c_str(),

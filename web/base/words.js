@@ -902,7 +902,6 @@ const words = {
   fleet_hold: ["hold", "Halt"],
   fleet_unknown: ["unknown", "unbekannt"],
   fleet_until: ["until", "bis"],
-  fleet_why: ["why", "warum"],
   fleet_night: ["last night", "letzte Nacht"],
   fleet_since: ["entries since", "Einträge seither"],
   fleet_pushed: ["pushed", "übertragen"],

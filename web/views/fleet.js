@@ -15,7 +15,7 @@ export const fleetView = {
       section("summary", minuteText(facts.time), element("dl", { class: "tiles" },
         Object.keys(fleetStates).map((state) => tile(wordOf("fleet", state), count(state), "")))),
       section("machines", word("fleet_machines"),
-        table([{ title: word("batch_machine") }, { title: word("batch_state") }, { title: word("fleet_until") }, { title: word("fleet_why"), text: true },
+        table([{ title: word("batch_machine") }, { title: word("batch_state") }, { title: word("fleet_until") }, { title: word("why"), text: true },
           { title: word("fleet_night") }, number(word("fleet_since")), { title: word("fleet_pushed") }],
         facts.machines.map((one) => [element("b", {}, one.machine), chip(fleetStates[/** @type {"hold"} */ (one.state)], wordOf("fleet", one.state)),
           time(one.until), english(one.why), one.night ?? "\u2013", whole(one.n_entries_since), time(one.pushed)]))));
