@@ -4,6 +4,7 @@ import { element } from "./base/dom.js";
 import { language, speak, word } from "./base/words.js";
 import { batchView } from "./views/batch.js";
 import { calibrationView } from "./views/calibration.js";
+import { certificateView } from "./views/certificate.js";
 import { historyView } from "./views/history.js";
 import { jobView } from "./views/job.js";
 import { nightView } from "./views/night.js";
@@ -19,6 +20,7 @@ import { surfaceView } from "./views/surface.js";
 const views = [
   batchView,
   calibrationView,
+  certificateView,
   historyView,
   jobView,
   nightView,

@@ -136,6 +136,10 @@ constexpr auto kCommands = std::to_array<CommandRow>({
         "history verify",
         "Check every hash of the ledger, and that it has what calibrations and reports note of it",
         pages::kHistoryVerify),
+    row<HistoryOptions, add_history_certificate_options, history::certify>(
+        "history certificate",
+        "State how good a machine is, for its quality file",
+        pages::kHistoryCertificate),
     {"surface", "Map probed heights, ask the map, and plan where to probe", pages::kSurface},
     row<SurfaceOptions, add_surface_fit_options, surface::fit>(
         "surface fit", "Make a map of probed heights", pages::kSurfaceFit),

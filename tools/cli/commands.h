@@ -76,6 +76,7 @@ Expected<Answer> roll_back(const HistoryOptions& options, CommandContext& contex
 Expected<Answer> fresh_start(const HistoryOptions& options, CommandContext& context);
 Expected<Answer> plot(const HistoryOptions& options, CommandContext& context);
 Expected<Answer> verify(const HistoryOptions& options, CommandContext& context);
+Expected<Answer> certify(const HistoryOptions& options, CommandContext& context);
 }  // namespace history
 
 namespace surface {
