@@ -13,9 +13,6 @@
 // Texts that `panelcal history` prints of a ledger.
 namespace panelcal::history {
 
-/// Words of others, fit for one line of a terminal.
-std::string shown_line(std::string text);
-
 /// One JSON object on one line: the entry's content, its hash, whether it is in force, and the
 /// calibration itself with every number as its digits are.
 std::string entry_json(const LedgerEntry& entry, bool in_force, const std::string& result);

@@ -8,9 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "calib/base/expected.h"
-#include "calib/ledger/ledger.h"
-#include "machine/config/machine_config.h"
 #include "machine/config/plate/plate.h"
 
 // The quality certificate of a machine, from its ledger: plain data, everything that the page
@@ -133,22 +130,6 @@ struct Certificate {
   std::optional<PlateTrace> plate;
   std::vector<NotMeasured> not_measured;
 };
-
-struct CertificateInput {
-  const MachineConfig& config;
-  std::string ledger_file;  ///< as messages name it
-  /// --plate, or [nightly.table] plate; empty without.
-  std::string plate_file;
-  std::optional<std::chrono::sys_seconds> since;
-};
-
-/// Evaluates what a ledger has of a machine. What it lacks is named in `not_measured`; no figure is
-/// made up in its place.
-///
-/// Fails  ledger-entry-unknown (fewer than two installed spindle-camera calibrations); what the
-///        ledger and the files report
-/// See    tests/tools/certificate_test.py
-Expected<Certificate> certificate_of(const Ledger& ledger, const CertificateInput& input);
 
 /// Student's t that a variable exceeds in absolute value with the chance 1 - coverage; of no limit
 /// the normal distribution's. GUM G.3.

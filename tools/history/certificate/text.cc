@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/history/text.h"
 
 #include <array>
 #include <cmath>
@@ -9,14 +8,15 @@
 #include "calib/base/amount.h"
 #include "calib/base/clock.h"
 #include "calib/base/diagnostic.h"
-#include "calib/base/number_text.h"
+#include "tools/cli/place_text.h"
 #include "tools/history/certificate/facts.h"
 #include <fmt/format.h>
 
 namespace panelcal::history {
 namespace {
 
-using internal::fixed;
+using report::fixed;
+using report::one_line;
 
 /// Words for the keys of the facts.
 std::string certificate_word(std::string_view key) {
@@ -50,15 +50,15 @@ void add_repeatability(const Certificate& certificate, std::string& out) {
   out += fmt::format("  {:<26} {:>10} {:>8} {:>19} {:>7}\n", "", "sigma", "dof", "95 %", "nights");
   std::string_view subject;
   for (const Repeatability& one : certificate.repeatability) {
-    if (one.subject != subject) out += "  " + shown_line(one.subject) + "\n";
+    if (one.subject != subject) out += "  " + one_line(one.subject) + "\n";
     subject = one.subject;
     const bool is_length = one.unit == "mm";
     const double factor = is_length ? 1e3 : 1;
     const auto interval = one.scatter.interval();
     out += fmt::format("    {:<24} {:>7} {:<2} {:>8} {:>19} {:>7}\n",
-                       shown_line(one.name),
+                       one_line(one.name),
                        fixed(factor * one.scatter.sigma(), 3),
-                       is_length ? "um" : shown_line(one.unit),
+                       is_length ? "um" : one_line(one.unit),
                        fixed(one.scatter.degrees_of_freedom, 0),
                        fixed(factor * interval[0], 3) + " to " + fixed(factor * interval[1], 3),
                        one.n_nights);
@@ -103,7 +103,7 @@ void add_budget(const UncertaintyBudget& budget, std::string& out) {
                        fixed(1e3 * row.sigma_mm[0], 3),
                        fixed(1e3 * row.sigma_mm[1], 3),
                        degrees_text(row.degrees_of_freedom),
-                       shown_line(row.origin));
+                       one_line(row.origin));
   }
   const auto combined = budget.combined_mm();
   const auto degrees = budget.degrees_of_freedom();
@@ -123,8 +123,7 @@ void add_budget(const UncertaintyBudget& budget, std::string& out) {
 }
 
 void add_spindle(const SpindleCertificate& spindle, std::string& out) {
-  out +=
-      fmt::format("\n{}: {}", shown_line(spindle.subject), amount(spindle.nights.size(), "night"));
+  out += fmt::format("\n{}: {}", one_line(spindle.subject), amount(spindle.nights.size(), "night"));
   if (!spindle.nights.empty()) {
     out += fmt::format(
         ", {} to {}", iso_8601(spindle.nights.front().time), iso_8601(spindle.nights.back().time));
@@ -153,7 +152,7 @@ void add_stage(const Certificate& certificate, std::string& out) {
                        unit,
                        figure.sigma ? fixed(factor * *figure.sigma, 3) : "-",
                        figure.n_nights,
-                       shown_line(figure.origin));
+                       one_line(figure.origin));
   }
 }
 
@@ -175,8 +174,8 @@ void add_plate(const PlateTrace& trace, std::string& out) {
 }  // namespace
 
 std::string certificate_text(const Certificate& certificate, const std::string& verified) {
-  std::string out = fmt::format(
-      "quality certificate of {}\nledger: {}", shown_line(certificate.machine), verified);
+  std::string out =
+      fmt::format("quality certificate of {}\nledger: {}", one_line(certificate.machine), verified);
   if (certificate.tolerance_mm) {
     out += fmt::format("tolerance: T = {} um, {}\n",
                        fixed(1e3 * *certificate.tolerance_mm, 1),
@@ -188,7 +187,7 @@ std::string certificate_text(const Certificate& certificate, const std::string& 
   if (certificate.plate) add_plate(*certificate.plate, out);
   out += "\nnot measured\n";
   for (const NotMeasured& one : certificate.not_measured) {
-    out += fmt::format("  {}: {}\n", shown_line(one.what), shown_line(one.why));
+    out += fmt::format("  {}: {}\n", one_line(one.what), one_line(one.why));
   }
   return out;
 }
