@@ -26,11 +26,11 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(kBlank) - begin + 1);
 }
 
-void check_camera(const std::string& subject,
-                  const std::filesystem::path& file,
-                  const CameraCalibration& camera,
-                  std::chrono::sys_seconds now,
-                  Findings& findings) {
+void check_camera_file(const std::string& subject,
+                       const std::filesystem::path& file,
+                       const CameraCalibration& camera,
+                       std::chrono::sys_seconds now,
+                       Findings& findings) {
   const std::string text = file.string() + " " + age_text(camera.date, now);
   // The words of assumed_camera().
   if (camera.provenance.starts_with("assumed")) {
@@ -103,9 +103,9 @@ void check_assumptions(std::string_view machine_toml, Findings& findings) {
 void check_calibrations(const MachineConfig& config,
                         std::chrono::sys_seconds now,
                         Findings& findings) {
-  if (config.camera) check_camera("camera", config.camera_file, *config.camera, now, findings);
+  if (config.camera) check_camera_file("camera", config.camera_file, *config.camera, now, findings);
   for (const auto& [level, camera] : config.zooms) {
-    check_camera(
+    check_camera_file(
         fmt::format("camera zoom {}", level), config.zoom_files.at(level), camera, now, findings);
   }
   check_offset(config, now, findings);

@@ -8,6 +8,7 @@
 
 #include "machine/config/machine_config.h"
 #include "machine/doctor/examination.h"
+#include "machine/doctor/finding.h"
 
 // The parts of examine(), each of which adds its lines.
 namespace panelcal::doctor {
@@ -34,7 +35,7 @@ void check_files(const MachineConfig& config, Findings& findings);
 /// The camera, the control and the probe.
 void check_devices(const MachineConfig& config, const Examination& examination, Findings& findings);
 
-/// What a dry run of [nightly] says.
+/// The night that comes, by a dry run of [nightly].
 void check_night(const MachineConfig& config, const Examination& examination, Findings& findings);
 
 }  // namespace panelcal::doctor

@@ -39,7 +39,7 @@ struct Finding {
   FindingState state = FindingState::Ok;
   std::string subject;  ///< "camera", "ledger", "tonight spindle-camera", ...
   std::string text;     ///< with its numbers
-  std::string remedy;   ///< what a person does about it; empty where nothing is to be done
+  std::string remedy;   ///< the mend, by a person; empty where nothing is to be done
 };
 
 /// All lines of an examination, in its order.

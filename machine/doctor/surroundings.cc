@@ -69,7 +69,7 @@ void check_writable(const std::string& subject, const fs::path& path, Findings& 
                 "a folder that this user may write to");
 }
 
-void check_ledger(const fs::path& file, Findings& findings) {
+void check_ledger_file(const fs::path& file, Findings& findings) {
   constexpr const char* kSubject = "ledger";
   // SQLite makes its journal beside it.
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
@@ -104,7 +104,7 @@ void check_programs(const MachineConfig& config, Findings& findings) {
 }
 
 void check_files(const MachineConfig& config, Findings& findings) {
-  if (!config.ledger_file.empty()) check_ledger(config.ledger_file, findings);
+  if (!config.ledger_file.empty()) check_ledger_file(config.ledger_file, findings);
   if (config.nightly) {
     if (!config.nightly->reports.empty()) {
       check_writable("reports", config.nightly->reports, findings);

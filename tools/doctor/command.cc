@@ -5,7 +5,7 @@
 #include "calib/base/files/atomic_file.h"
 #include "calib/base/json/facts.h"
 #include "machine/config/machine_config.h"
-#include "machine/doctor/examination.h"
+#include "machine/doctor/doctor.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/facts_output.h"
 #include "tools/cli/process/version.h"

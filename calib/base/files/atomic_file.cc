@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "calib/base/files/file_rights.h"
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
@@ -138,9 +139,7 @@ Expected<PartFile> open_part(const std::filesystem::path& real,
 /// file that the user makes.
 void give_rights(int fd, const struct stat* replaced) {
   if (replaced == nullptr) {
-    const mode_t mask = ::umask(0);
-    ::umask(mask);
-    ::fchmod(fd, 0666 & ~mask);
+    ::fchmod(fd, usual_file_rights());
     return;
   }
   // The group at least, where only the owner of the system may give files away.

@@ -6,6 +6,7 @@
 #include <system_error>
 #include <utility>
 
+#include "calib/base/files/file_rights.h"
 #include "calib/ledger/database/chain.h"
 #include "calib/ledger/database/schema.h"
 #include "calib/ledger/database/wreck.h"
@@ -134,9 +135,7 @@ Expected<void> create_ledger_file(const fs::path& path) {
   std::string temporary = path.string() + ".new-XXXXXX";
   const int fd = ::mkostemp(temporary.data(), O_CLOEXEC);
   if (fd < 0) return failure(not_written(path, "start a ledger there", errno));
-  const mode_t mask = ::umask(0);
-  ::umask(mask);
-  ::fchmod(fd, 0666 & ~mask);
+  ::fchmod(fd, usual_file_rights());
   ::close(fd);
   const Expected<void> written = write_schema(temporary, path);
   const int error = written ? rename_to_free_name(temporary, path) : 0;

@@ -54,7 +54,7 @@ newest client.
 
 States
   ok         nothing is to be done
-  warning    jobs and nights run, and somebody should know
+  warning    jobs and nights run, and a person should know
   fails      a job or a night would fail or be held
   not tried  the line says what would try it
 

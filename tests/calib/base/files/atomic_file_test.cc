@@ -4,6 +4,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
+#include <thread>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -108,6 +109,21 @@ TEST_F(AtomicFileTest, HasTheRightsOfAnOrdinaryFile) {
   struct stat status {};
   ASSERT_EQ(::stat(target().c_str(), &status), 0);
   EXPECT_EQ(status.st_mode & 0777, 0640U);
+}
+
+TEST_F(AtomicFileTest, FilesOfManyThreadsHaveTheRightsOfAnOrdinaryFile) {
+  const mode_t kept = ::umask(027);
+  std::vector<std::jthread> threads;
+  for (int i = 0; i < 4; ++i) {
+    threads.emplace_back([this, i] {
+      for (int k = 0; k < 1000; ++k) {
+        EXPECT_TRUE(AtomicFile::create(folder_ / std::to_string(10000 * i + k)));
+      }
+    });
+  }
+  threads.clear();
+  // It is the whole process's, so that one moment without it is one too many.
+  EXPECT_EQ(::umask(kept), 027U);
 }
 
 TEST_F(AtomicFileTest, KeepsTheModeOfTheFileThatItReplaces) {

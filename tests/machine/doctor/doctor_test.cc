@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "machine/doctor/examination.h"
+#include "machine/doctor/doctor.h"
 
 #include <chrono>
 #include <filesystem>
@@ -128,7 +128,7 @@ TEST_F(Doctor, HoldsMachineTomlAgainstItself) {
 }
 
 TEST_F(Doctor, WarnsOfEachAssumedLine) {
-  // Lines that only speak of it are none.
+  // A comment that speaks of such a line does not count.
   const std::string text = replaced("position_um = 50\n",
                                     "# \"assumed\" lines: a = 1 # assumed; no\n"
                                     "position_um = 50   # assumed; ask for it\n");

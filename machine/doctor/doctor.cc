@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "machine/doctor/examination.h"
+#include "machine/doctor/doctor.h"
 
 #include <optional>
 #include <string>
