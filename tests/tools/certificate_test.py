@@ -219,6 +219,7 @@ class Certificates(unittest.TestCase):
         self.near(figures["x", "reversal"]["sigma"], sigma / 1e3)
         scatter = [result["offsets"][0]["quality"]["repeatability_um"][0] for _, _, result in counted()]
         self.near(figures["x", "repeatability"]["value"], 4e-3 * math.sqrt(sum(one ** 2 for one in scatter) / len(scatter)))
+        self.assertEqual(budget["missing"], ["table"])
         lacking = self.what_is_lacking(document)
         self.assertIn("deviation, straightness and squareness of the stage", lacking)
         self.assertIn("traceability to the unit of length", lacking)
@@ -259,6 +260,7 @@ class Certificates(unittest.TestCase):
         self.assertEqual({source: rows[source]["type"] for source in ("map", "table", "plate")}, {"map": "A", "table": "B", "plate": "B"})
         self.near(rows["plate"]["sigma_um"][0], 0.3)
         budget, parts = self.check_spindle(document, 40)
+        self.assertEqual(budget["missing"], [])
         self.check_budget(budget, [[*axis, (0.5 ** 2, None), (0.8 ** 2, None), (0.3 ** 2, None)] for axis in parts])
         self.assertNotIn("traceability to the unit of length", self.what_is_lacking(document))
 
@@ -308,6 +310,7 @@ class Certificates(unittest.TestCase):
         golden_ledger.make("drill1.ledger", [night(i, 50, -3)[0] for i in (1, 2)]).close()
         document = certificate()
         self.assertEqual(document["repeatability"], [])
+        self.assertEqual(document["spindles"][0]["budget"]["missing"], ["look", "drill", "table"])
         self.assertIsNone(document["spindles"][0]["gauge"])
         lacking = self.what_is_lacking(document)
         for what in (f"gauge R&R of {SUBJECT}", f"{LOOKS} ({SUBJECT})", f"{HOLES} ({SUBJECT})"):

@@ -58,6 +58,7 @@ class Page(unittest.TestCase):
         (spindle,) = self.facts["spindles"]
         tiles = self.browser.texts(".tile")
         self.assertIn(f"{max(spindle['budget']['expanded_um']):.2f}\u00a0\u00b5m", tiles[0])
+        self.assertIn("Not in it: error of the table that is in no map.", tiles[0])
         self.assertIn(f"{spindle['gauge']['percent_of_tolerance']:.1f}\u00a0%", tiles[1])
         self.assertIn("to nothing", tiles[2])
         rows = self.browser.texts("#spindle-1 tbody tr")

@@ -969,6 +969,7 @@ const words = {
   certificate_factor: ["coverage factor k", "Erweiterungsfaktor k"],
   certificate_expanded: ["expanded uncertainty U", "erweiterte Unsicherheit U"],
   certificate_expanded_text: ["of a hole, along its worse axis, k = {k}", "einer Bohrung, in der schlechteren Achse, k = {k}"],
+  certificate_without: ["Not in it: {source}.", "Nicht darin: {source}."],
   certificate_coverage: [
     "k is Student's t for a coverage of {share} along one axis (GUM, annex G).",
     "k ist Students t für eine Überdeckung von {share} je Achse (GUM, Anhang G).",
@@ -978,7 +979,7 @@ const words = {
   certificate_source_look: ["look at a target", "Blick auf eine Marke"],
   certificate_source_drill: ["drill and stage at a hole", "Bohrer und Antrieb an einer Bohrung"],
   certificate_source_map: ["map of the table", "Karte des Tisches"],
-  certificate_source_table: ["table beyond its map", "Tisch über die Karte hinaus"],
+  certificate_source_table: ["error of the table that is in no map", "Fehler des Tisches, der in keiner Karte steht"],
   certificate_source_plate: ["plate", "Kalibrierplatte"],
   certificate_period: ["Nights that count: {n}, {from} to {to}.", "Zählende Nächte: {n}, {from} bis {to}."],
   certificate_refused: ["Refused and left out: {n}.", "Abgelehnt und weggelassen: {n}."],

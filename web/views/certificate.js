@@ -67,6 +67,11 @@ function certifiedBudget(budget) {
   total("certificate_expanded", both(budget.expanded_um, 2))]);
 }
 
+/** Sources of which nothing is known. */
+function withoutText(budget) {
+  return budget.missing.map((/** @type {string} */ one) => ` ${word("certificate_without", { source: wordOf("certificate_source", one) })}`);
+}
+
 function certifiedNights(spindle) {
   const charts = ["x", "y"].map((name, k) => nightsChart({ title: spindle.subject, name, unit: "mm", found: spindle.nights.map((night) =>
     ({ time: night.time, value: night.offset_mm[k], sigma: night.sigma_um[k] / 1e3, mark: "filled", entry: night.entry,
@@ -83,7 +88,8 @@ function spindleSection(spindle, tolerance, i) {
     nights.length > 0 && element("p", {}, word("certificate_period", { n: whole(nights.length), from: minuteText(nights[0].time),
       to: minuteText(nights[nights.length - 1].time) }), left.map((one) => ` ${one}`)),
     spindle.gauge && gaugeTable(spindle.gauge, tolerance), spindle.budget && certifiedBudget(spindle.budget),
-    spindle.budget && element("p", { class: "quiet" }, word("certificate_coverage", { share: percent(spindle.budget.coverage, 2) })),
+    spindle.budget && element("p", { class: "quiet" }, word("certificate_coverage", { share: percent(spindle.budget.coverage, 2) }),
+      withoutText(spindle.budget)),
     certifiedNights(spindle));
 }
 
@@ -122,7 +128,7 @@ function certificateTiles(facts) {
   const worst = gauges.length ? Math.max(...gauges) : null;
   return element("div", { class: "verdict" }, element("dl", { class: "tiles" },
     first && tile(word("certificate_expanded"), micrometres(Math.max(...first.budget.expanded_um), 2),
-      word("certificate_expanded_text", { k: fixed(Math.max(...first.budget.coverage_factor), 2) })),
+      [word("certificate_expanded_text", { k: fixed(Math.max(...first.budget.coverage_factor), 2) }), withoutText(first.budget)]),
     worst !== null && tile(word("certificate_gauge"), percent(worst / 100), gaugeWord(worst).text),
     tile(word("certificate_plate"), facts.plate?.certified ? word("certificate_certified") : word("certificate_untraceable"),
       facts.plate?.certificate ?? ""),

@@ -66,6 +66,7 @@ struct BudgetRow {
 /// Position of a drilled hole about the place that its targets give it, along each axis.
 struct UncertaintyBudget {
   std::vector<BudgetRow> rows;
+  std::vector<std::string> missing;  ///< sources of which nothing is known: U is without them
   /// Combined, mm: the root of the sum of squares.
   std::array<double, 2> combined_mm() const;
   /// Effective ones by Welch and Satterthwaite; absent: unlimited.

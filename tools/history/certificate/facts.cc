@@ -60,6 +60,7 @@ Json certified_budget_facts(const UncertaintyBudget& budget) {
   const auto degrees = budget.degrees_of_freedom();
   const auto factor = budget.coverage_factor();
   return {{"rows", std::move(rows)},
+          {"missing", budget.missing},
           {"combined_um", both_um(combined)},
           {"degrees_of_freedom", {number(degrees[0]), number(degrees[1])}},
           {"coverage", kCoverage},

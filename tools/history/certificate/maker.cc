@@ -82,8 +82,8 @@ class Maker {
   void put_gauge(SpindleCertificate& spindle);
   Expected<void> put_reversal(const SpindleCertificate& spindle);
   void put_table(const LedgerEntry& entry, const TableCalibration& table);
-  void put_observed(const SpindleCertificate& spindle, std::vector<BudgetRow>& rows);
-  void put_stated(std::vector<BudgetRow>& rows);
+  void put_observed(const SpindleCertificate& spindle, UncertaintyBudget& budget);
+  void put_stated(UncertaintyBudget& budget);
 
   const Ledger& ledger_;
   const CertificateInput& input_;
@@ -318,7 +318,8 @@ Expected<void> Maker::put_plate() {
 }
 
 /// What the nights have observed of a spindle.
-void Maker::put_observed(const SpindleCertificate& spindle, std::vector<BudgetRow>& rows) {
+void Maker::put_observed(const SpindleCertificate& spindle, UncertaintyBudget& budget) {
+  std::vector<BudgetRow>& rows = budget.rows;
   const std::string nights = amount(spindle.nights.size(), "night");
   const CertifiedNight& newest = spindle.nights.back();
   std::optional<double> degrees;
@@ -357,6 +358,7 @@ void Maker::put_observed(const SpindleCertificate& spindle, std::vector<BudgetRo
       rows.push_back({std::move(source), 'B', {sigma.in_mm(), sigma.in_mm()}, std::nullopt, key});
     } else {
       lacks(fmt::format("{} ({})", name, spindle.subject), "no night has seen it: " + key);
+      budget.missing.push_back(std::move(source));
     }
   };
   put("look",
@@ -368,7 +370,8 @@ void Maker::put_observed(const SpindleCertificate& spindle, std::vector<BudgetRo
 }
 
 /// What other knowledge says, the same for all spindles.
-void Maker::put_stated(std::vector<BudgetRow>& rows) {
+void Maker::put_stated(UncertaintyBudget& budget) {
+  std::vector<BudgetRow>& rows = budget.rows;
   const MachineUncertainty& stated = input_.config.walk.uncertainty;
   const auto both = [](double sigma_mm) { return std::array<double, 2>{sigma_mm, sigma_mm}; };
   const bool has_map = !input_.config.table_file.empty();
@@ -379,6 +382,7 @@ void Maker::put_stated(std::vector<BudgetRow>& rows) {
                     std::nullopt,
                     input_.config.table_file.filename().string()});
   }
+  if (!has_map && !stated.states_table) budget.missing.emplace_back("table");
   if (stated.states_table) {
     rows.push_back({"table",
                     'B',
@@ -401,8 +405,8 @@ void Maker::put_budgets() {
   for (SpindleCertificate& spindle : out_.spindles) {
     if (spindle.nights.empty()) continue;
     UncertaintyBudget budget;
-    put_observed(spindle, budget.rows);
-    put_stated(budget.rows);
+    put_observed(spindle, budget);
+    put_stated(budget);
     spindle.budget = std::move(budget);
   }
   const MachineUncertainty& stated = input_.config.walk.uncertainty;

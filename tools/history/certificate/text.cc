@@ -26,7 +26,7 @@ std::string certificate_word(std::string_view key) {
       {"look", "look at a target"},
       {"drill", "drill and stage at a hole"},
       {"map", "map of the table"},
-      {"table", "table beyond its map"},
+      {"table", "error of the table, unmapped"},
       {"reversal", "reversal value B"},
       {"repeatability", "unidirectional repeatability R (4 s)"},
       {"range", "range of the mean deviations"},
@@ -120,6 +120,9 @@ void add_budget(const UncertaintyBudget& budget, std::string& out) {
                      degrees_text(degrees[1]));
   line(fmt::format("coverage factor k ({} %)", fixed(100 * kCoverage, 2)), factor[0], factor[1], 2);
   line("expanded U = k u", 1e3 * factor[0] * combined[0], 1e3 * factor[1] * combined[1], 2);
+  for (const std::string& source : budget.missing) {
+    out += fmt::format("    without: {}\n", certificate_word(source));
+  }
 }
 
 void add_spindle(const SpindleCertificate& spindle, std::string& out) {
