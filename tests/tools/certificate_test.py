@@ -243,7 +243,7 @@ class Certificates(unittest.TestCase):
 
     def test_a_table_on_a_certified_plate_is_traceable(self):
         golden_ledger.make("drill1.ledger", [*nights(), table_entry()]).close()
-        golden_table.write("table.cal.json")
+        Path("table.cal.json").write_text(table_entry()[1], encoding="ascii")
         Path("machine.toml").write_text(MACHINE + '[tolerance]\nposition_um = 40\n[table]\ncalibration = "table.cal.json"\n'
                                         "[uncertainty]\ntable_residual_um = 0.8\n", encoding="ascii")
         document = certificate("--plate", "plate.toml")
@@ -263,6 +263,11 @@ class Certificates(unittest.TestCase):
         self.assertEqual(budget["missing"], [])
         self.check_budget(budget, [[*axis, (0.5 ** 2, None), (0.8 ** 2, None), (0.3 ** 2, None)] for axis in parts])
         self.assertNotIn("traceability to the unit of length", self.what_is_lacking(document))
+        # Another map, of which the ledger does not say how it was made.
+        golden_table.write("table.cal.json")
+        document = certificate("--plate", "plate.toml")
+        self.assertIn("entry 15", self.what_is_lacking(document)["traceability of the map in use"])
+        self.assertNotIn("plate", [row["source"] for row in document["spindles"][0]["budget"]["rows"]])
 
     def test_another_plate_proves_nothing(self):
         golden_ledger.make("drill1.ledger", [*nights(), table_entry()]).close()

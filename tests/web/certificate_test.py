@@ -4,6 +4,7 @@
 
     certificate_test.py PANELCAL REPOSITORY
 """
+import copy
 import os
 import shutil
 import subprocess
@@ -55,6 +56,7 @@ class Page(unittest.TestCase):
 
     def test_says_what_was_found(self):
         self.browser.open("page.html")
+        whole = copy.deepcopy(self.whole)
         (spindle,) = self.facts["spindles"]
         tiles = self.browser.texts(".tile")
         self.assertIn(f"{max(spindle['budget']['expanded_um']):.2f}\u00a0\u00b5m", tiles[0])
@@ -65,6 +67,11 @@ class Page(unittest.TestCase):
         self.assertIn(f"R&R{spindle['gauge']['both_um']['sigma']:.3f}\u00a0\u00b5m", "".join(rows))
         self.assertEqual(self.browser.count("#spindle-1 svg.chart:not(.sample) circle.filled"), 2 * 3)
         self.assertEqual(self.browser.texts("#not-measured tbody td:first-child"), [one["what"] for one in self.facts["not_measured"]])
+        self.assertEqual(self.browser.count(".verdict.forced, .verdict.hold"), 1)
+        whole["spindles"][0]["gauge"]["percent_of_tolerance"] = 5
+        self.browser.open(browser.with_facts("page.html", whole, "good.html"))
+        self.assertEqual(self.browser.count(".verdict.forced, .verdict.hold"), 0)
+        self.assertIn("good", self.browser.texts(".tile")[1])
         self.browser.open("whole.html")
         self.assertIn("certified plate", self.browser.texts(".tile")[2])
         self.assertIn("U = 0.600\u00a0\u00b5m, k = 2.00", "".join(self.browser.texts("#plate dd")))

@@ -126,7 +126,8 @@ function certificateTiles(facts) {
   const [first] = facts.spindles.filter((one) => one.budget).sort((a, b) => Math.max(...b.budget.expanded_um) - Math.max(...a.budget.expanded_um));
   const gauges = facts.spindles.map((one) => one.gauge?.percent_of_tolerance ?? null).filter((one) => one !== null);
   const worst = gauges.length ? Math.max(...gauges) : null;
-  return element("div", { class: "verdict" }, element("dl", { class: "tiles" },
+  const kind = worst === null ? "suspect" : gaugeWord(worst).kind;
+  return element("div", { class: `verdict${kind === "refused" ? " hold" : kind === "suspect" || !facts.plate?.certified ? " forced" : ""}` }, element("dl", { class: "tiles" },
     first && tile(word("certificate_expanded"), micrometres(Math.max(...first.budget.expanded_um), 2),
       [word("certificate_expanded_text", { k: fixed(Math.max(...first.budget.coverage_factor), 2) }), withoutText(first.budget)]),
     worst !== null && tile(word("certificate_gauge"), percent(worst / 100), gaugeWord(worst).text),

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <string_view>
 #include <utility>
 
@@ -81,6 +82,7 @@ class Maker {
   void put_tolerance();
   void put_gauge(SpindleCertificate& spindle);
   Expected<void> put_reversal(const SpindleCertificate& spindle);
+  Expected<void> check_table_in_use();
   void put_table(const LedgerEntry& entry, const TableCalibration& table);
   void put_observed(const SpindleCertificate& spindle, UncertaintyBudget& budget);
   void put_stated(UncertaintyBudget& budget);
@@ -90,6 +92,7 @@ class Maker {
   CountedEntries entries_;
   Certificate out_;
   std::optional<LedgerEntry> table_;
+  bool is_table_in_use_ = false;  ///< machine.toml names the calibration in force
 };
 
 void Maker::put_tolerance() {
@@ -285,7 +288,22 @@ Expected<void> Maker::put_stage() {
   return {};
 }
 
+Expected<void> Maker::check_table_in_use() {
+  const std::filesystem::path& file = input_.config.table_file;
+  if (!table_ || file.empty()) return {};
+  PANELCAL_TRY(const LedgerInput used, input_of(file, kMaxTableCalibrationBytes));
+  is_table_in_use_ = used.sha256 == table_->result_sha256;
+  if (!is_table_in_use_) {
+    lacks("traceability of the map in use",
+          fmt::format("{} is not the table in force, entry {}",
+                      quoted(file.filename().string()),
+                      table_->id));
+  }
+  return {};
+}
+
 Expected<void> Maker::put_plate() {
+  PANELCAL_CHECK(check_table_in_use());
   const std::string what = "traceability to the unit of length";
   if (!table_) {
     lacks(what, "no table in force was calibrated on a plate");
@@ -390,7 +408,7 @@ void Maker::put_stated(UncertaintyBudget& budget) {
                     std::nullopt,
                     "[uncertainty] table_residual_um"});
   }
-  if (has_map && out_.plate && out_.plate->plate.expanded_uncertainty) {
+  if (is_table_in_use_ && out_.plate && out_.plate->plate.expanded_uncertainty) {
     const CalibrationPlate& plate = out_.plate->plate;
     rows.push_back(
         {"plate",

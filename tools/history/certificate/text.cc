@@ -165,7 +165,7 @@ void add_plate(const PlateTrace& trace, std::string& out) {
                      quoted(plate.name),
                      trace.entry,
                      plate.is_certified ? "certified" : "not certified");
-  if (!plate.certificate.empty()) out += " by " + quoted(plate.certificate);
+  if (!plate.certificate.empty()) out += ", " + quoted(plate.certificate);
   if (plate.expanded_uncertainty) {
     out += fmt::format(", U {} um with k = {}",
                        fixed(plate.expanded_uncertainty->in_um(), 3),
