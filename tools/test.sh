@@ -112,6 +112,7 @@ test_packages() {
   "$root/tools/package.sh"
   step "packages in a minimal Debian" "$root/tests/package/minimal_tree_test.sh" \
     "$build_dir/packages" "$root" "$root/out/package"
+  step "container image" "$root/tests/package/container_test.sh" "$build_dir/packages" "$root" "$root/out/container"
 }
 
 summary=()

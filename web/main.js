@@ -5,6 +5,7 @@ import { language, speak, word } from "./base/words.js";
 import { batchView } from "./views/batch.js";
 import { calibrationView } from "./views/calibration.js";
 import { fleetView } from "./views/fleet.js";
+import { certificateView } from "./views/certificate.js";
 import { historyView } from "./views/history.js";
 import { jobView } from "./views/job.js";
 import { nightView } from "./views/night.js";
@@ -21,6 +22,7 @@ const views = [
   batchView,
   calibrationView,
   fleetView,
+  certificateView,
   historyView,
   jobView,
   nightView,

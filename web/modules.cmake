@@ -27,6 +27,7 @@ set(PANELCAL_WEB_MODULES
     views/surface.js
     views/calibration.js
     views/history.js
+    views/certificate.js
     views/night.js
     views/batch.js
     views/fleet.js

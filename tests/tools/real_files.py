@@ -124,6 +124,7 @@ COMMANDS = {
     "nightly": "-m machine.toml",
     # On an address of no computer, so that it never begins.
     "serve": "-m machine.toml --images images --address 192.0.2.1:8330",
+    "history certificate": "-l drill1.ledger -m machine.toml --plate plate.toml --against map.json",
     "history list": "-l drill1.ledger",
     "history export": "-l drill1.ledger",
     "history show": "1 -l drill1.ledger",

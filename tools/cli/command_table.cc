@@ -142,6 +142,10 @@ constexpr auto kCommands = std::to_array<CommandRow>({
         "history push", "Bring a ledger and its nights into a database", pages::kHistoryPush),
     row<HistoryOptions, add_history_fleet_options, history::show_fleet>(
         "history fleet", "Say which machines of a database may drill now", pages::kHistoryFleet),
+    row<HistoryOptions, add_history_certificate_options, history::certify>(
+        "history certificate",
+        "State how good a machine is, for its quality file",
+        pages::kHistoryCertificate),
     {"surface", "Map probed heights, ask the map, and plan where to probe", pages::kSurface},
     row<SurfaceOptions, add_surface_fit_options, surface::fit>(
         "surface fit", "Make a map of probed heights", pages::kSurfaceFit),

@@ -79,6 +79,7 @@ Expected<Answer> plot(const HistoryOptions& options, CommandContext& context);
 Expected<Answer> verify(const HistoryOptions& options, CommandContext& context);
 Expected<Answer> push(const HistoryOptions& options, CommandContext& context);
 Expected<Answer> show_fleet(const HistoryOptions& options, CommandContext& context);
+Expected<Answer> certify(const HistoryOptions& options, CommandContext& context);
 }  // namespace history
 
 namespace surface {

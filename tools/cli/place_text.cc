@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/cli/place_text.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -10,6 +11,12 @@ namespace panelcal::report {
 std::string fixed_signed(double value, int n_decimals) {
   const std::string text = fixed(value, n_decimals);
   return std::isnan(value) || text.starts_with('-') ? text : "+" + text;
+}
+
+std::string one_line(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return (c >= 0 && c < 0x20) || c == 0x7f; }, ' ');
+  return text;
 }
 
 std::string point_text(const Eigen::Vector2d& p_mm) {

@@ -13,6 +13,8 @@
 #include "tools/cli/facts_output.h"
 #include "tools/cli/process/version.h"
 #include "tools/cli/provenance.h"
+#include "tools/history/certificate/facts.h"
+#include "tools/history/certificate/maker.h"
 #include "tools/history/facts.h"
 #include "tools/history/job.h"
 #include "tools/history/surface.h"
@@ -70,7 +72,7 @@ class History {
 
   /// The document of facts; to be called after one of the commands.
   Json document() const {
-    Json out = facts::envelope("history", kHistoryVersion);
+    Json out = facts::envelope(facts_kind_, kHistoryVersion);
     const std::string& command = context_.options.command_name;
     out["command"] = command.substr(command.rfind(' ') + 1);
     out["ledger_file"] = options_.ledger;
@@ -170,6 +172,25 @@ class History {
     return std::move(answer.text);
   }
 
+  Expected<std::string> certificate() {
+    PANELCAL_TRY(const MachineConfig config, read_machine_config(options_.machine_file));
+    CertificateInput input{config, options_.ledger, options_.plate, std::nullopt};
+    if (input.plate_file.empty() && config.nightly) {
+      input.plate_file = config.nightly->table.plate.string();
+    }
+    if (!options_.since.empty()) {
+      PANELCAL_TRY(input.since, time_of(options_.since));
+    }
+    PANELCAL_TRY(AnswerPart verified, verify_answer(options_, context_, ledger_));
+    PANELCAL_TRY(const Certificate certificate, certificate_of(ledger_, input));
+    facts_kind_ = "certificate";
+    members_ = certificate_facts(certificate);
+    members_["verification"] = std::move(verified.part);
+    provenance_ = file_digests({options_.machine_file, input.plate_file});
+    provenance_.insert(provenance_.begin(), command_line_row(context_.options));
+    return certificate_text(certificate, verified.text);
+  }
+
  private:
   Expected<bool> is_in_force(const LedgerEntry& entry) const {
     PANELCAL_TRY(const std::optional<LedgerEntry> present, ledger_.in_force(entry.record.key));
@@ -221,6 +242,7 @@ class History {
   const HistoryOptions& options_;
   CommandContext& context_;
   Ledger ledger_;
+  std::string_view facts_kind_ = "history";
   Json members_ = Json::object();
   Provenance provenance_;
 };
@@ -300,6 +322,10 @@ Expected<Answer> plot(const HistoryOptions& options, CommandContext& context) {
 
 Expected<Answer> verify(const HistoryOptions& options, CommandContext& context) {
   return answer(options, context, &History::verify);
+}
+
+Expected<Answer> certify(const HistoryOptions& options, CommandContext& context) {
+  return answer(options, context, &History::certificate);
 }
 
 }  // namespace panelcal::history

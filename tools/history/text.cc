@@ -1,24 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/history/text.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "calib/base/clock.h"
+#include "tools/cli/place_text.h"
 #include <fmt/format.h>
 
 namespace panelcal::history {
 namespace {
 
+using report::one_line;
+
 std::string number_text(const std::optional<double>& number) {
   return number ? fmt::format("{:.9g}", *number) : "-";
-}
-
-/// Words of others, fit for one line of a terminal.
-std::string history_line(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return c >= 0 && (c < 0x20 || c == 0x7f); }, ' ');
-  return text;
 }
 
 std::optional<double> parameter_sigma(const LedgerRecord& record, std::size_t i) {
@@ -75,7 +70,7 @@ std::string entry_line(const LedgerEntry& entry, bool in_force) {
                                  record.key.subject,
                                  word(record.verdict));
   if (entry.restores) line += fmt::format(" to {}", *entry.restores);
-  if (!record.reason.empty()) line += ": " + history_line(record.reason);
+  if (!record.reason.empty()) line += ": " + one_line(record.reason);
   return line + "\n";
 }
 
@@ -91,7 +86,7 @@ std::string entry_page(const LedgerEntry& entry, bool in_force) {
   page += fmt::format("{}", word(record.verdict));
   if (entry.restores) page += fmt::format(" to entry {}", *entry.restores);
   if (record.replaces) page += fmt::format(", in place of entry {}", *record.replaces);
-  page += record.reason.empty() ? "\n" : ": " + history_line(record.reason) + "\n";
+  page += record.reason.empty() ? "\n" : ": " + one_line(record.reason) + "\n";
   page += fmt::format("asked by {}, with {}\n", record.asked_by, record.software);
   if (record.temperature_degC) page += fmt::format("at {:.4g} degC\n", *record.temperature_degC);
   for (std::size_t i = 0; i < record.parameters.size(); ++i) {
@@ -102,8 +97,8 @@ std::string entry_page(const LedgerEntry& entry, bool in_force) {
     page += sigma && *sigma > 0 ? fmt::format("  +- {:.3g}\n", *sigma) : "\n";
   }
   for (const LedgerInput& input : record.inputs) {
-    page += fmt::format(
-        "  input {}  {} bytes  {}\n", history_line(input.name), input.bytes, input.sha256);
+    page +=
+        fmt::format("  input {}  {} bytes  {}\n", one_line(input.name), input.bytes, input.sha256);
   }
   return page + fmt::format("result {} bytes, sha256 {}\nhash {}\n",
                             entry.result_bytes,
@@ -174,7 +169,7 @@ Expected<std::string> series_text(const LedgerSeries& series,
                     "the name of one of its parameters"});
   }
   std::string text = fmt::format("{} of {} {}, {}, in {}\n",
-                                 history_line(parameter),
+                                 one_line(parameter),
                                  word(key.kind),
                                  key.subject,
                                  key.machine,

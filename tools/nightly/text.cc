@@ -1,19 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
-
 #include "tools/cli/place_text.h"
 #include "tools/nightly/report.h"
 #include <fmt/format.h>
 
 namespace panelcal::nightly {
 namespace {
-
-/// Words of others, fit for one line of a terminal.
-std::string night_line(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return (c >= 0 && c < 0x20) || c == 0x7f; }, ' ');
-  return text;
-}
 
 std::string joined(const std::vector<std::string>& texts) {
   return fmt::format("{}", fmt::join(texts, "; "));
@@ -58,7 +49,7 @@ std::string night_text(const NightRecord& record) {
            checks_line(record),
            record.notes.empty() ? std::string() : "note: " + joined(record.notes),
        }) {
-    if (!line.empty()) text += night_line(line) + "\n";
+    if (!line.empty()) text += report::one_line(line) + "\n";
   }
   return text;
 }

@@ -31,6 +31,7 @@ using internal::WholeRange;
 using internal::word;
 
 constexpr Range kPlateLength_mm{0, kMaxPlace_mm, true};
+constexpr Range kPlateUncertainty_um{0, 1000, true};
 /// A hundred thousand dots are more than any plate has.
 constexpr WholeRange kDotsPerSide{1, 300};
 
@@ -108,6 +109,10 @@ Expected<CalibrationPlate> parse_plate(std::string_view text, const std::filesys
   if (!table) return failure(top.missing("[plate]", "[plate] columns, rows, pitch_mm"));
   if (plate.dot_diameter >= plate.pitch) {
     return failure(table->problem("dot_diameter_mm", "less than the pitch", "dots would touch"));
+  }
+  if (plate.expanded_uncertainty && !plate.is_certified) {
+    return failure(table->problem(
+        "expanded_uncertainty_um", "certified = true beside it", "the plate is not certified"));
   }
   PANELCAL_TRY(const auto poses, top.tables(kPose));
   for (const TomlTable& row : poses) {

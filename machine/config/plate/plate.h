@@ -24,6 +24,10 @@ struct CalibrationPlate {
   Length dot_diameter;        ///< 0: not said
   bool is_dark = true;        ///< dots against the plate
   bool is_certified = false;  ///< dots lie where the drawing has them; otherwise about there
+  // What the certificate states, for the record; the fit does not use it.
+  std::string certificate;                     ///< its number; empty: not said
+  std::optional<Length> expanded_uncertainty;  ///< of a dot's place along an axis, U = k u
+  double coverage_factor = 2;                  ///< k
   /// By number: roughly, to a quarter of the pitch at every dot. With tags only their count
   /// matters.
   std::vector<PlatePose> poses;
@@ -52,7 +56,9 @@ inline constexpr std::size_t kMaxPlateBytes = std::size_t{1} << 20;
 ///
 ///   [plate]
 ///   name = "B 17"          columns = 9          rows = 9          pitch_mm = 25
-///   dot_diameter_mm = 1    polarity = "dark"    certified = false
+///   dot_diameter_mm = 1    polarity = "dark"    certified = true
+///   certificate = "123 of 2026"                 # optional, as the next two
+///   expanded_uncertainty_um = 0.5               coverage_factor = 2
 ///   [[pose]]
 ///   origin_mm = [100, 80]  angle_deg = 0        # where dot (0, 0) lies, machine directions
 ///

@@ -26,14 +26,6 @@ std::string what(const LedgerKey& key) {
   return fmt::format("{} {}", word(key.kind), key.subject);
 }
 
-LedgerKey companion_key(const LedgerKey& key) {
-  return {key.machine, LedgerKind::SelfTest, what(key)};
-}
-
-LedgerKey fresh_start_key(const LedgerKey& key) {
-  return {key.machine, LedgerKind::Night, "fresh start: " + what(key)};
-}
-
 Expected<std::vector<LedgerEntry>> begun_anew_of_all(const Ledger& ledger) {
   LedgerFilter filter;
   filter.kind = LedgerKind::Night;
@@ -66,6 +58,16 @@ std::optional<double> find_parameter(const LedgerRecord& record, std::string_vie
   return record.parameters[*i].value;
 }
 
+}  // namespace
+
+LedgerKey companion_key(const LedgerKey& key) {
+  return {key.machine, LedgerKind::SelfTest, what(key)};
+}
+
+LedgerKey fresh_start_key(const LedgerKey& key) {
+  return {key.machine, LedgerKind::Night, "fresh start: " + what(key)};
+}
+
 QualityNight qualities_of(const LedgerEntry& entry) {
   QualityNight night;
   night.time = entry.time;
@@ -83,6 +85,8 @@ QualityNight qualities_of(const LedgerEntry& entry) {
   }
   return night;
 }
+
+namespace {
 
 /// Content of a companion's result; empty for a result of another program.
 struct StepWords {

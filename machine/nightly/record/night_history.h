@@ -80,6 +80,13 @@ Expected<NightHistory> read_night_history(const Ledger& ledger,
 /// from what was in force before them: the person knew what the nights before do not tell.
 void accept_moves_by_hand(NightHistory& history, double limit);
 
+/// The key of the entry that a night records beside a calibration's, with the next number.
+LedgerKey companion_key(const LedgerKey& key);
+/// Scatters and levels of such an entry.
+QualityNight qualities_of(const LedgerEntry& companion);
+/// The key of the entries of mark_fresh_start().
+LedgerKey fresh_start_key(const LedgerKey& key);
+
 /// Beside every calibration that a night records there is a second entry, of kind self-test: how
 /// well it could measure, and what became of it.
 LedgerDraft companion_draft(const LedgerRecord& calibration,

@@ -137,4 +137,21 @@ Exit codes
   0 all may drill; 1 some may not, or it is not known; 2 bad input or usage; 3 the database cannot be
   reached)";
 
+inline constexpr std::string_view kHistoryCertificate = R"(Example
+  $ panelcal history certificate -l drill1.ledger -m machine.toml --report certificate.html
+
+States from the ledger of a machine, in the words of the GUM (JCGM 100:2008): the repeatability that
+its nights have observed (type A, with degrees of freedom), a gauge R&R of its camera as a share of
+the tolerance, figures of its stage after ISO 230-2, the plate by which they are traceable, and the
+uncertainty budget of a hole with its expanded uncertainty. Refused nights, nights before a fresh
+start and what was rolled back are left out and counted. The ledger lacks some of it for most
+machines: the end of the page names what was not measured, and why. docs/howto/certificate.md
+explains each figure.
+
+The ledger is held against what machine.toml and --against name, as by `panelcal history verify`.
+
+Exit codes
+  0 done; 2 bad input, or fewer than two installed spindle-camera offsets; 3 the ledger is damaged,
+  cut off or busy, or the disk failed)";
+
 }  // namespace panelcal::pages

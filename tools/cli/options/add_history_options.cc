@@ -20,6 +20,10 @@ void add_key(CLI::App& command, HistoryOptions& o, bool required) {
       ->required(required);
 }
 
+void add_since(CLI::App& command, HistoryOptions& o) {
+  command.add_option("--since", o.since, "Not older: 2026-11-21, or with T08:37:38Z (UTC)");
+}
+
 /// Of those that have something to look at.
 void add_page(CLI::App& command, HistoryOptions& o) {
   add_json(command, o.facts);
@@ -29,7 +33,7 @@ void add_page(CLI::App& command, HistoryOptions& o) {
 /// Of those that list entries.
 void add_list(CLI::App& command, HistoryOptions& o) {
   add_key(command, o, false);
-  command.add_option("--since", o.since, "Not older: 2026-11-21, or with T08:37:38Z (UTC)");
+  add_since(command, o);
   command.add_option("--last", o.last, "Only the newest N")->check(CLI::Range(1, 1'000'000'000));
 }
 
@@ -119,6 +123,16 @@ void add_history_fleet_options(CLI::App& command, HistoryOptions& o) {
       ->required();
   command.add_option(
       "--clock", o.clock, "Date and time in UTC, such as 2026-11-21T02:00:00Z (default: now)");
+  add_page(command, o);
+}
+
+void add_history_certificate_options(CLI::App& command, HistoryOptions& o) {
+  begin_history(command, o);
+  command.add_option("-m,--machine", o.machine_file, "machine.toml")->required();
+  command.add_option(
+      "--plate", o.plate, "The plate that the table was calibrated on (default: [nightly.table])");
+  command.add_option("--against", o.against, "Files, or folders of .json and .html files");
+  add_since(command, o);
   add_page(command, o);
 }
 

@@ -51,6 +51,7 @@ void add_history_plot_options(CLI::App& command, HistoryOptions& o);
 void add_history_verify_options(CLI::App& command, HistoryOptions& o);
 void add_history_push_options(CLI::App& command, HistoryOptions& o);
 void add_history_fleet_options(CLI::App& command, HistoryOptions& o);
+void add_history_certificate_options(CLI::App& command, HistoryOptions& o);
 
 void add_align_apply_options(CLI::App& command, ApplyOptions& o);
 void add_filter_options(CLI::App& command, ApplyOptions& o);

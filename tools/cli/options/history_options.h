@@ -29,9 +29,10 @@ struct HistoryOptions {
   FactsFiles facts;
   bool result = false;               ///< show the calibration's own bytes
   std::vector<std::string> against;  ///< verify: files and folders that note the ledger's head
+  std::string plate;                 ///< certificate: the plate's file; empty: machine.toml's
   // diff: what a change does to a job.
   std::string program;       ///< empty: only the parameters are compared
-  std::string machine_file;  ///< machine.toml; with a program, or to verify
+  std::string machine_file;  ///< machine.toml; with a program, to verify or to certify
   std::string measurements;  ///< of an earlier job: where in the picture targets were seen
   // push and fleet: a database of many machines.
   std::string store;    ///< its address

@@ -50,6 +50,18 @@ TEST(PlateConfig, AnEarlierFileHasNoTags) {
   EXPECT_EQ(plate->covered_dots(), std::vector<bool>(20, false));
 }
 
+TEST(PlateConfig, StatesWhatItsCertificateSays) {
+  const CalibrationPlate plate =
+      plate_of("certified = true\ncertificate = \"123 of 2026\"\nexpanded_uncertainty_um = 0.5\n");
+  EXPECT_EQ(plate.certificate, "123 of 2026");
+  EXPECT_EQ(plate.expanded_uncertainty, um(0.5));
+  EXPECT_EQ(plate.coverage_factor, 2);
+  EXPECT_THAT(refusal("expanded_uncertainty_um = 0.5\n"),
+              StartsWith("plate.toml:6:27: error[config-value]"));
+  EXPECT_THAT(refusal("certified = true\nexpanded_uncertainty_um = 0\n"),
+              StartsWith("plate.toml:7:27: error[config-value]"));
+}
+
 TEST(PlateConfig, TagsAreCountedAlongXFirst) {
   const CalibrationPlate plate = plate_of(std::string(kTags) + std::string(kLattice) +
                                           "first_id = 30\npolarity = \"dark\"\nangle_deg = 90\n");
