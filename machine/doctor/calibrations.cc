@@ -19,6 +19,29 @@ std::string age_text(std::chrono::sys_seconds date, std::chrono::sys_seconds now
   return fmt::format("of {}, {:.1f} days ago", iso_8601(date), age_days);
 }
 
+/// A year: laboratories calibrate their instruments at least so often. What nights renew has the
+/// limit of [nightly.drift] (machine/check/calibration_ages.h).
+constexpr std::chrono::hours kOld{365 * 24};
+/// Time zones and clocks that are a little fast.
+constexpr std::chrono::hours kFuture{24};
+
+/// Of something that was measured: well, unless its date cannot be right or is long ago.
+void check_date(const std::string& subject,
+                const std::string& text,
+                std::chrono::sys_seconds date,
+                std::chrono::sys_seconds now,
+                const std::string& measure,
+                Findings& findings) {
+  if (date > now + kFuture) {
+    findings.fail(
+        subject, text + ": a date in the future", "the clocks set right, then " + measure);
+  } else if (now - date > kOld) {
+    findings.warn(subject, text + ": more than a year", measure);
+  } else {
+    findings.ok(subject, text);
+  }
+}
+
 std::string_view trimmed(std::string_view text) {
   constexpr std::string_view kBlank = " \t\r";
   const std::size_t begin = text.find_first_not_of(kBlank);
@@ -32,13 +55,12 @@ void check_camera_file(const std::string& subject,
                        std::chrono::sys_seconds now,
                        Findings& findings) {
   const std::string text = file.string() + " " + age_text(camera.date, now);
+  const std::string measure = "panelcal calibrate camera -m machine.toml --camera ADDRESS --at X,Y";
   // The words of assumed_camera().
   if (camera.provenance.starts_with("assumed")) {
-    findings.warn(subject,
-                  text + ": assumed, not measured",
-                  "panelcal calibrate camera -m machine.toml --camera ADDRESS --at X,Y");
+    findings.warn(subject, text + ": assumed, not measured", measure);
   } else {
-    findings.ok(subject, text);
+    check_date(subject, text, camera.date, now, measure, findings);
   }
 }
 
@@ -52,7 +74,12 @@ void check_offset(const MachineConfig& config, std::chrono::sys_seconds now, Fin
                          "panelcal calibrate spindle-camera -m machine.toml --install");
   }
   if (config.offset_date) {
-    findings.ok(kSubject, age_text(config.offset_date->date, now));
+    check_date(kSubject,
+               age_text(config.offset_date->date, now),
+               config.offset_date->date,
+               now,
+               "panelcal calibrate spindle-camera -m machine.toml --install",
+               findings);
   } else if (config.camera) {
     findings.warn(kSubject,
                   "without a date: its age is unknown, and its drift is not counted",
@@ -110,7 +137,12 @@ void check_calibrations(const MachineConfig& config,
   }
   check_offset(config, now, findings);
   if (config.table_date) {
-    findings.ok("table", config.table_file.string() + " " + age_text(*config.table_date, now));
+    check_date("table",
+               config.table_file.string() + " " + age_text(*config.table_date, now),
+               *config.table_date,
+               now,
+               "panelcal calibrate table -m machine.toml --install",
+               findings);
   }
 }
 

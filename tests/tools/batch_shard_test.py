@@ -51,6 +51,15 @@ class Shards(BatchCase):
         self.assertIn("; 0 now", self.merge(folder).stderr)
         self.assert_whole(folder)
 
+    def test_a_merge_leaves_what_is_no_shard_alone(self):
+        folder = self.folder()
+        self.shard(folder, 1)
+        for name in ("precious", "1-of-many", "0-of-4"):
+            (folder / "out/shards" / name).mkdir()
+            (folder / "out/shards" / name / "notes.txt").write_text("mine")
+        self.merge(folder, expect=0)
+        self.assertEqual({path.name for path in (folder / "out/shards").iterdir()}, {"precious", "1-of-many", "0-of-4"})
+
     def test_one_that_is_started_again_does_nothing_twice(self):
         folder = self.folder()
         self.shard(folder, 2)

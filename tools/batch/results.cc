@@ -29,11 +29,20 @@ Expected<void> remove_folder(const fs::path& folder) {
 }
 
 /// In the order of their names.
-Expected<std::vector<fs::path>> folders_in(const fs::path& folder) {
+/// "3-of-8": what a shard has made; whatever else lies there stays.
+bool is_shards(const fs::path& folder) {
+  std::string name = folder.filename().string();
+  const std::size_t of = name.find("-of-");
+  if (of == std::string::npos) return false;
+  name.replace(of, 4, "/");
+  return read_shard(name).has_value();
+}
+
+Expected<std::vector<fs::path>> shards_in(const fs::path& folder) {
   std::vector<fs::path> out;
   std::error_code error;
   for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
-    if (at->is_directory(error)) out.push_back(at->path());
+    if (at->is_directory(error) && is_shards(at->path())) out.push_back(at->path());
   }
   if (error && error != std::errc::no_such_file_or_directory) {
     return failure({Code::FileUnreadable, {folder.string(), 0, 0}, error.message(), ""});
@@ -127,7 +136,7 @@ Expected<void> check_same_batch(const StoredBatch& stored,
 
 Expected<std::int64_t> gather_shards(Store& store, const ResultFolder& folder) {
   const fs::path all = shards_folder(folder.path());
-  PANELCAL_TRY(const std::vector<fs::path> shards, folders_in(all));
+  PANELCAL_TRY(const std::vector<fs::path> shards, shards_in(all));
   PANELCAL_TRY(const StoredBatch batch, store.batch());
   std::int64_t n_jobs = 0;
   for (const fs::path& one : shards) {

@@ -204,8 +204,8 @@ class NightlyRun {
                                 document,
                                 {std::move(text), code});
     if (options_.metrics.empty()) return answer;
-    const auto written =
-        write_file(options_.metrics, nightly::night_metrics(record, static_cast<int>(code)).text());
+    const auto written = write_file(
+        options_.metrics, nightly::night_metrics(record, static_cast<int>(answer.code)).text());
     if (!written) {
       context_.console.print(written.error());
       answer.code = std::max(answer.code, exit_code(written.error()));

@@ -63,6 +63,8 @@ void GcodeWriter::pause(std::string_view code,
   }
   park(place);
   if (!code.empty()) line(code);
+  // Operators jog meanwhile, by another feed.
+  feed_.clear();
 }
 
 /// A program behind % of the header waits for START anyway.
