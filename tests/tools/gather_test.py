@@ -185,7 +185,7 @@ class Gathered(BatchCase):
         other.close()
         before = {name: (folder / name).read_bytes() for name in ("text.sqlite", "other.sqlite")}
         cases = (("postgresql://me:secret@127.0.0.1:1/drill", 3), ("postgresql:///drill?host=/none&password=secret", 3),
-                 ("postgresql://me:secret@[bad/drill", 3), ("text.sqlite", 2), ("other.sqlite", 2), ("none/all.sqlite", 3),
+                 ("postgresql://me:secret@[bad/drill", 3), ("text.sqlite", 2), ("other.sqlite", 2), ("none/all.sqlite", 2),
                  ("out", 3))
         (folder / "out").mkdir()
         for address, code in cases:
@@ -201,7 +201,9 @@ class Gathered(BatchCase):
     def test_a_database_of_a_newer_panelcal_is_refused(self):
         for kind, address, _ in self.stores():
             with self.subTest(kind=kind):
-                self.call_in(self.folder(), "history", "fleet", "--store", address)
+                folder = self.folder()
+                golden_ledger.two_nights(folder / "drill1.ledger").close()
+                self.call_in(folder, "history", "push", "-l", "drill1.ledger", "--store", address)
                 if kind == OF_SQLITE:
                     database = sqlite3.connect(address)
                     database.execute("UPDATE version SET number = 99")
@@ -209,7 +211,7 @@ class Gathered(BatchCase):
                     database.close()
                 else:
                     self.server.run("UPDATE panelcal.version SET number = 99")
-                done = self.call_in(self.folder(), "history", "fleet", "--store", address, expect=2)
+                done = self.call_in(folder, "history", "fleet", "--store", address, expect=2)
                 self.assertIn("version 99 of the database", done.stderr)
 
 
@@ -292,6 +294,12 @@ class Fleet(BatchCase):
         one = self.fleet(folder, "2026-11-22T08:00:00Z", 1)["drill 1"]
         self.assertEqual((one["state"], one["n_entries_since"]), ("unknown", 4))
         self.assertIn("no night has judged", one["why"])
+
+    def test_a_database_that_is_not_there_has_no_machines_that_may_drill(self):
+        folder = self.ledgers()
+        done = self.call_in(folder, "history", "fleet", "--store", "mistyped.sqlite", expect=2)
+        self.assertIn("mistyped.sqlite: error[file-unreadable]", done.stderr)
+        self.assertFalse((folder / "mistyped.sqlite").exists())
 
     def test_a_machine_without_a_night_is_unknown_and_a_dry_run_is_none(self):
         folder = self.ledgers()

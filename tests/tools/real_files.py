@@ -213,6 +213,7 @@ def make(panelcal, repository, folder):
                     "-o", "out.jsonl", "--save-measurements", "measurements.jsonl")
     panelcal_writes("align", "job.exc", "-m", "machine.toml", "--images", "images", "-o", "board.align.json")
     (folder / "jobs.csv").write_text("program,machine,images\njob.exc,machine.toml,images\n")
+    panelcal_writes("history", "push", "-l", "drill1.ledger", "--store", "all.sqlite")
     panelcal_writes("batch", "jobs.csv", "-o", "results", "--clock", "2026-11-22T02:00:00")
     assert OF_MACHINE <= set(os.listdir(folder)), os.listdir(folder)
 

@@ -13,8 +13,8 @@ ROOT = Path(sys.argv.pop())
 WEB = ROOT / "web"
 NAME = re.compile(r"^(?:export )?(?:async )?(?:function\*?|const|let|class) (?:(\w+)|\{([^}]*)\})", re.MULTILINE)
 IMPORT = re.compile(r'^import [^;]*from "([^"]*)";', re.MULTILINE)
-# Code and style, with the operator's screen; it only falls, but for a page of its own (that of batches, 126; of machines, 24; of certificates, 155). The goal is 4,000.
-MAX_LINES = 6135
+# Code and style, with the operator's screen; it only falls, but for a page of its own (that of batches, 126; of machines, 24; of certificates, 156). The goal is 4,000.
+MAX_LINES = 6136
 # A table of texts in two languages; its few functions count with it.
 WORDS = "base/words.js"
 # Keys that facts name, whose words may be those of another thing.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <filesystem>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "calib/base/clock.h"
@@ -8,6 +10,7 @@
 #include "tools/cli/commands.h"
 #include "tools/cli/facts_output.h"
 #include "tools/cli/stated_clock.h"
+#include "tools/gather/address.h"
 #include "tools/gather/nights.h"
 #include <fmt/format.h>
 
@@ -68,6 +71,14 @@ std::string fleet_text(const std::vector<FleetMachine>& machines) {
 
 Expected<Answer> show_fleet(const HistoryOptions& options, CommandContext& context) {
   PANELCAL_TRY(const Clock clock, stated_clock(options.clock));
+  std::error_code ignored;
+  if (!gather::is_postgresql(options.store) && !std::filesystem::exists(options.store, ignored)) {
+    // If there is none, an empty one would be made, of whose machines all may drill.
+    return failure({Code::FileUnreadable,
+                    {options.store, 0, 0},
+                    "there is no such file",
+                    "a database that `panelcal history push` has made"});
+  }
   PANELCAL_TRY(const auto database, gather::open_database(options.store));
   const std::chrono::sys_seconds now = clock();
   PANELCAL_TRY(const std::vector<FleetMachine> machines, gather::fleet(*database, now));
