@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "calib/base/expected.h"
 #include "vision/picture/image.h"
@@ -61,6 +62,9 @@ class CameraDevice {
 
   /// Number of frames that arrived damaged or not at all and were taken again.
   virtual int n_retaken() const { return 0; }
+
+  /// Changes that the camera makes to its pictures by itself, as warnings; empty if it is held.
+  virtual std::vector<Diagnostic> risks() const { return {}; }
 
   /// Few cameras have a lamp, a zoom or a focus of their own.
   virtual bool can_set(CameraSetting /*setting*/) const { return false; }

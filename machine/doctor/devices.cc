@@ -59,7 +59,11 @@ void check_picture(const MachineConfig& config, const std::string& uri, Findings
   const Expected<Image> picture = (*camera)->take();
   if (!picture) return findings.add(kSubject, picture.error());
   const std::string size = fmt::format("{} x {} px", picture->width(), picture->height());
-  const std::string text = fmt::format("{}: a picture of {}", (*camera)->name(), size);
+  std::string text = fmt::format("{}: a picture of {}", (*camera)->name(), size);
+  if (const auto exposure_us = (*camera)->value(CameraSetting::Exposure)) {
+    text += fmt::format(", exposure {} us", *exposure_us);
+  }
+  for (const Diagnostic& risk : (*camera)->risks()) findings.add(kSubject, risk);
   if (config.camera && (config.camera->picture_width_px != picture->width() ||
                         config.camera->picture_height_px != picture->height())) {
     return findings.fail(kSubject,

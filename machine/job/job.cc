@@ -334,6 +334,9 @@ class JobRun {
       *survey_ = survey(job_.program, measuring_walk(), checked_, targets, probes, found);
     }
     if (sinks_.end_progress) sinks_.end_progress(sources.remark ? sources.remark() : "");
+    if (sources.risks) {
+      for (Diagnostic& risk : sources.risks()) result_.log.add(std::move(risk));
+    }
     if (found.has_errors()) return {};
     PANELCAL_CHECK(sources.targets->finish());
     return sources.probes->finish();

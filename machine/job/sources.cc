@@ -69,6 +69,7 @@ struct OpenTargets {
   std::shared_ptr<MeasurementSource> source;
   std::string words;  ///< empty: nothing is asked
   std::function<std::string()> remark = {};
+  std::function<std::vector<Diagnostic>()> risks = {};
   ViewTaker* eye = nullptr;
   CameraViews* driven = nullptr;  ///< the eye, if it is a camera on a stage
 };
@@ -170,6 +171,7 @@ Expected<OpenTargets> open_camera(const SourceChoice& choice,
                                    : fmt::format("{} frame(s) were lost on the way and taken again",
                                                  camera.n_retaken());
   };
+  open.risks = [&camera] { return camera.risks(); };
   return open;
 }
 
@@ -257,8 +259,12 @@ Expected<JobSources> open_sources(const SourceChoice& choice,
     probes.source =
         std::make_shared<ProbeBesideCamera>(probes.source, targets.source, targets.driven);
   }
-  return JobSources{
-      targets.source, probes.source, source_words(targets, probes), targets.remark, targets.eye};
+  return JobSources{targets.source,
+                    probes.source,
+                    source_words(targets, probes),
+                    targets.remark,
+                    targets.eye,
+                    targets.risks};
 }
 
 }  // namespace panelcal

@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "calib/base/executor.h"
 #include "calib/base/expected.h"
@@ -27,6 +28,8 @@ struct JobSources {
   /// Shows the panel to a person, between the requests; null: nothing can (a recording). Lives as
   /// long as `targets`.
   ViewTaker* eye = nullptr;
+  /// CameraDevice::risks of the camera, after the measuring; may be empty.
+  std::function<std::vector<Diagnostic>()> risks = {};
 };
 
 /// Opens the sources of a program that was checked.

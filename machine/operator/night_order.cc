@@ -64,6 +64,7 @@ class StoppedCamera final : public CameraDevice {
   std::string name() const override { return camera_.name(); }
   std::optional<PictureSize> size() const override { return camera_.size(); }
   int n_retaken() const override { return camera_.n_retaken(); }
+  std::vector<Diagnostic> risks() const override { return camera_.risks(); }
   bool can_set(CameraSetting setting) const override { return camera_.can_set(setting); }
   std::optional<double> value(CameraSetting setting) const override {
     return camera_.value(setting);
@@ -165,6 +166,8 @@ Expected<NightRecord> calibrate(const StationSettings& settings,
                                 all.now,
                                 probe ? &*probe : nullptr,
                                 all.taken_by};
+  std::vector<std::string> notes;
+  for (const Diagnostic& risk : devices.risks()) notes.push_back(risk.text());
   return run_nightly({.config = config,
                       .nightly = nightly,
                       .devices = std::move(stopped),
@@ -173,7 +176,8 @@ Expected<NightRecord> calibrate(const StationSettings& settings,
                       .asked_by = who,
                       .is_again = kind != kNight,
                       .progress = std::move(progress),
-                      .lock = &lock});
+                      .lock = &lock,
+                      .notes = std::move(notes)});
 }
 
 }  // namespace

@@ -83,6 +83,10 @@ Expected<DeviceSet> DeviceSet::live(const MachineConfig& config, std::string_vie
   return DeviceSet(std::move(owned), std::move(words));
 }
 
+std::vector<Diagnostic> DeviceSet::risks() const {
+  return owned_->camera ? owned_->camera->risks() : std::vector<Diagnostic>();
+}
+
 CalibrationDevices DeviceSet::devices(Prompt prompt) const {
   if (SimCoupon* const machine = owned_->simulated.get()) {
     // No person lays anything on a simulated coupon.

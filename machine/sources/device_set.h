@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "calib/base/expected.h"
 #include "machine/config/machine_config.h"
@@ -38,6 +39,8 @@ class DeviceSet {
   CalibrationDevices devices(Prompt prompt = {}) const;
   /// For people.
   const std::string& words() const { return words_; }
+  /// CameraDevice::risks of the camera.
+  std::vector<Diagnostic> risks() const;
 
  private:
   struct Owned;

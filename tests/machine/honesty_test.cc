@@ -99,6 +99,11 @@ double normalized_squared_error(const Eigen::Vector2d& error, const Eigen::Matri
   return error.dot(cov.llt().solve(error));
 }
 
+double largest_sigma_um(const Eigen::Matrix2d& cov_mm2) {
+  const double mean = cov_mm2.trace() / 2;
+  return 1e3 * std::sqrt(mean + std::sqrt(std::max(0.0, mean * mean - cov_mm2.determinant())));
+}
+
 /// Sums over seeds.
 struct Honesty {
   double fiducials = 0;  ///< of squared normalised errors
@@ -106,6 +111,8 @@ struct Honesty {
   int n_fiducials = 0;
   int n_holes = 0;
   double worst_hole_um = 0;
+  double hole_sigma_um = 0;  ///< of the last hole, its longest axis
+  double fiducial_sigma_um = 0;
 };
 
 void add_seed(const Program& program, const MachineConfig& config, Honesty& sums) {
@@ -121,6 +128,7 @@ void add_seed(const Program& program, const MachineConfig& config, Honesty& sums
         (measured.position - machine->truth().targets[i].actual).in_mm();
     sums.fiducials += normalized_squared_error(error_mm, measured.cov);
     ++sums.n_fiducials;
+    sums.fiducial_sigma_um = largest_sigma_um(measured.cov);
   }
   test::HoleSink sink;
   execute(program, config.walk, survey, sink, log);
@@ -130,6 +138,7 @@ void add_seed(const Program& program, const MachineConfig& config, Honesty& sums
     const Eigen::Vector2d error_mm = (hole.drill.corrected - actual).in_mm();
     sums.holes += normalized_squared_error(error_mm, hole.drill.cov_mm2);
     ++sums.n_holes;
+    sums.hole_sigma_um = largest_sigma_um(hole.drill.cov_mm2);
     sums.worst_hole_um = std::max(sums.worst_hole_um, error_mm.norm() * 1e3);
   }
 }
@@ -154,6 +163,63 @@ TEST(Honesty, PredictedCovarianceOfFiducialsAndHolesIsTheRealOne) {
   RecordProperty("worst_hole_um", std::to_string(sums.worst_hole_um));
   EXPECT_NEAR(fiducials, 1, kTolerance);
   EXPECT_NEAR(holes, 1, kTolerance);
+}
+
+/// What hobby machines look with: 20 um a pixel, an unsharp lens, noise of a small sensor.
+constexpr std::string_view kUsbProgram = R"(M48
+METRIC,TZ
+FMAT,2
+VER,1
+T1C0.8
+%
+G90
+G34,1
+G36X5.0Y5.0
+G36X95.0Y5.0
+G36X95.0Y65.0
+G36X5.0Y65.0
+T1
+X12.0Y12.0
+X50.0Y35.0
+X90.0Y12.0
+X30.0Y60.0
+M30
+)";
+
+TEST(Honesty, AUsbCameraOf640x480At20umAPixelKnowsItsSigma) {
+  constexpr int kPanels = 200;
+  constexpr double kSharpness_px = 1.5;
+  constexpr double kNoise = 6;
+  // A refused panel has no holes to judge.
+  constexpr double kFalseAlarm = 1e-9;
+  const test::TemporaryFolder folder;
+  const auto program = test::program_of(std::string(kUsbProgram));
+  CameraCalibration camera = test::test_camera(640, 480);
+  camera.parameters.scale_mm_per_px = 0.02;
+  Honesty sums;
+  for (int seed = 1; seed <= kPanels; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    auto config = test::config_with_camera(folder.path(), camera, config_text(seed));
+    ASSERT_TRUE(config) << config.error().text();
+    config->walk.series_size = 4;
+    config->sim->blur_px = kSharpness_px;
+    config->sim->noise = kNoise;
+    config->walk.base_limits.false_alarm = kFalseAlarm;
+    ASSERT_NO_FATAL_FAILURE(add_seed(program, *config, sums));
+  }
+  ASSERT_EQ(sums.n_fiducials, 4 * kPanels);
+  ASSERT_EQ(sums.n_holes, 4 * kPanels);
+  const double fiducials = sums.fiducials / (2.0 * sums.n_fiducials);
+  const double holes = sums.holes / (2.0 * sums.n_holes);
+  RecordProperty("fiducials", std::to_string(fiducials));
+  RecordProperty("holes", std::to_string(holes));
+  RecordProperty("fiducial_sigma_um", std::to_string(sums.fiducial_sigma_um));
+  RecordProperty("hole_sigma_um", std::to_string(sums.hole_sigma_um));
+  RecordProperty("worst_hole_um", std::to_string(sums.worst_hole_um));
+  EXPECT_NEAR(fiducials, 1, kTolerance);
+  // Holes of a panel share the draw of its four pads: eight numbers less five that are fitted.
+  EXPECT_NEAR(holes, 1, 0.2);
+  EXPECT_LT(sums.worst_hole_um, 5);
 }
 
 /// Sigmas of a calibration that is far worse than a picture's noise, so that it is what is tested:

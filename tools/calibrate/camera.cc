@@ -62,7 +62,7 @@ Expected<CameraRun> drive(const CalibrateOptions& options,
                           const MachineConfig& config,
                           const CameraRunOptions& run_options,
                           Console& console) {
-  PANELCAL_TRY(PlaceDevices at, PlaceDevices::open(options, config));
+  PANELCAL_TRY(PlaceDevices at, PlaceDevices::open(options, config, console));
   console.progress("looking at the mark");
   return calibrate_camera(config, at.devices(), at.place(), run_options);
 }

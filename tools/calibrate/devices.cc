@@ -11,17 +11,22 @@
 
 namespace panelcal::calibrate {
 
-Expected<DeviceSet> open_devices(const CalibrateOptions& options, const MachineConfig& config) {
+Expected<DeviceSet> open_devices(const CalibrateOptions& options,
+                                 const MachineConfig& config,
+                                 Console& console) {
   if (options.machine_driver == "sim") return DeviceSet::simulated(config);
   if (!options.camera.empty()) {
     heed_interruptions();
-    return DeviceSet::live(config, options.camera);
+    PANELCAL_TRY(DeviceSet live, DeviceSet::live(config, options.camera));
+    for (const Diagnostic& risk : live.risks()) console.print(risk);
+    return live;
   }
   return failure(usage("there is no SOURCE to calibrate with", "--camera or --machine-driver"));
 }
 
 Expected<PlaceDevices> PlaceDevices::open(const CalibrateOptions& options,
-                                          const MachineConfig& config) {
+                                          const MachineConfig& config,
+                                          Console& console) {
   PlaceDevices out;
   const auto& at_mm = options.at_mm;
   if (at_mm.size() != 2 || !std::isfinite(at_mm[0]) || !std::isfinite(at_mm[1])) {
@@ -29,7 +34,7 @@ Expected<PlaceDevices> PlaceDevices::open(const CalibrateOptions& options,
   }
   out.place_ = position_mm<frame::Machine>(at_mm[0], at_mm[1]);
   if (options.machine_driver != "sim") {
-    PANELCAL_TRY(out.live_, open_devices(options, config));
+    PANELCAL_TRY(out.live_, open_devices(options, config, console));
     PANELCAL_CHECK(set_camera_as_stated(config, out.devices()));
     return out;
   }

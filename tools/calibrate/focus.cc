@@ -21,11 +21,11 @@ namespace {
 
 /// One call: the machine is locked before its devices are opened, and the result is recorded.
 struct Trial {
-  static Expected<Trial> begin(const CalibrateOptions& options) {
+  static Expected<Trial> begin(const CalibrateOptions& options, Console& console) {
     PANELCAL_TRY(Session session, Session::begin(options));
     PANELCAL_CHECK(session.lock(true));
     PANELCAL_CHECK(session.open_ledger());
-    PANELCAL_TRY(PlaceDevices at, PlaceDevices::open(options, *session.config()));
+    PANELCAL_TRY(PlaceDevices at, PlaceDevices::open(options, *session.config(), console));
     return Trial{options, std::move(session), std::move(at)};
   }
 
@@ -133,7 +133,7 @@ std::string settle_text(const SettleRun& run, Length limit) {
 }  // namespace
 
 Expected<Answer> focus(const CalibrateOptions& options, CommandContext& context) {
-  PANELCAL_TRY(Trial trial, Trial::begin(options));
+  PANELCAL_TRY(Trial trial, Trial::begin(options, context.console));
   const MachineConfig& config = trial.config();
   PANELCAL_TRY(const FocusRange range, range_of(options, config));
   PANELCAL_TRY(const FocusResult result,
@@ -152,7 +152,7 @@ Expected<Answer> light(const CalibrateOptions& options, CommandContext& context)
   const std::vector<double> range =
       options.range.size() == 2 ? options.range : std::vector<double>{10, 100};
   const std::vector<double> levels = lamp_levels(range[0], range[1], options.n_levels);
-  PANELCAL_TRY(Trial trial, Trial::begin(options));
+  PANELCAL_TRY(Trial trial, Trial::begin(options, context.console));
   PANELCAL_TRY(
       const LightRun run,
       calibrate_light(trial.config(), trial.at.devices(), trial.at.place(), options.tool, levels));
@@ -172,7 +172,7 @@ Expected<Answer> light(const CalibrateOptions& options, CommandContext& context)
 }
 
 Expected<Answer> settle(const CalibrateOptions& options, CommandContext& context) {
-  PANELCAL_TRY(Trial trial, Trial::begin(options));
+  PANELCAL_TRY(Trial trial, Trial::begin(options, context.console));
   SettleTrial trial_options;
   trial_options.tool = options.tool;
   trial_options.limit = um(options.limit_um);

@@ -37,7 +37,7 @@ class SpindleCamera {
     PANELCAL_CHECK(session_.lock(true));
     // Before a ledger is begun beside files that note entries of another.
     PANELCAL_CHECK(check_noted_heads(config()));
-    PANELCAL_TRY(const DeviceSet set, open_devices(options_, config()));
+    PANELCAL_TRY(const DeviceSet set, open_devices(options_, config(), context_.console));
     // Before a row of the coupon is used up.
     PANELCAL_CHECK(session_.open_ledger());
     if (session_.ledger() != nullptr) PANELCAL_CHECK(check_others(*session_.ledger()));

@@ -117,6 +117,7 @@ class NightlyRun {
     PANELCAL_TRY(const DeviceSet devices,
                  config_.nightly->is_simulated ? DeviceSet::simulated(config_, clock_())
                                                : DeviceSet::live(config_, config_.nightly->camera));
+    for (const Diagnostic& risk : devices.risks()) notes_.push_back(risk.text());
     return run_nightly(job(devices.devices(), lock ? &*lock : nullptr));
   }
 

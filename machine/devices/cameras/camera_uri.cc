@@ -21,7 +21,8 @@ namespace {
 constexpr std::array<std::string_view, 5> kSchemes = {"folder", "gige", "rtsp", "v4l2", "video"};
 constexpr std::array<std::string_view, 7> kGigeKeys = {
     "exposure_us", "format", "gain", "packet", "resend", "retries", "timeout_ms"};
-constexpr std::array<std::string_view, 2> kV4l2Keys = {"height", "width"};
+constexpr std::array<std::string_view, 7> kV4l2Keys = {
+    "exposure_us", "focus", "gain", "height", "power_line_hz", "white_balance_k", "width"};
 
 tl::unexpected<Diagnostic> refuse(std::string_view uri, std::string what, std::string expected) {
   return failure({Code::CameraUri,
@@ -132,8 +133,33 @@ Expected<CameraAddress> parse_gige(std::string_view uri, std::string_view rest) 
   return gige;
 }
 
-Expected<CameraAddress> parse_v4l2(std::string_view uri, std::string_view rest) {
+Expected<void> set_v4l2(std::string_view uri, const Parameter& p, VideoAddress& video) {
   constexpr int kLargest_px = 100'000;
+  constexpr double kLongest_us = 1e8;
+  constexpr int kMost = 1'000'000;
+  V4l2Settings& settings = video.settings;
+  if (p.key == "exposure_us") {
+    PANELCAL_TRY(const double exposure_us, number_of(uri, p, 1, kLongest_us));
+    settings.exposure = seconds(exposure_us * 1e-6);
+  } else if (p.key == "focus") {
+    PANELCAL_TRY(settings.focus, integer_of(uri, p, -kMost, kMost));
+  } else if (p.key == "gain") {
+    PANELCAL_TRY(settings.gain, integer_of(uri, p, -kMost, kMost));
+  } else if (p.key == "white_balance_k") {
+    PANELCAL_TRY(settings.white_balance_K, integer_of(uri, p, 1, kMost));
+  } else if (p.key == "power_line_hz") {
+    if (p.value != "0" && p.value != "50" && p.value != "60") {
+      return refuse(uri, "power_line_hz=" + quoted(p.value), "0 (off), 50 or 60");
+    }
+    PANELCAL_TRY(settings.power_line_Hz, integer_of(uri, p, 0, 60));
+  } else {
+    PANELCAL_TRY((p.key == "width" ? video.width : video.height),
+                 integer_of(uri, p, 1, kLargest_px));
+  }
+  return {};
+}
+
+Expected<CameraAddress> parse_v4l2(std::string_view uri, std::string_view rest) {
   const auto query = rest.find('?');
   VideoAddress video{.kind = VideoAddress::Kind::V4l2, .what = std::string(rest.substr(0, query))};
   if (!video.what.starts_with('/')) {
@@ -142,10 +168,7 @@ Expected<CameraAddress> parse_v4l2(std::string_view uri, std::string_view rest) 
   }
   if (query == rest.npos) return video;
   PANELCAL_TRY(const auto parameters, parameters_of(uri, rest.substr(query + 1), kV4l2Keys));
-  for (const Parameter& p : parameters) {
-    PANELCAL_TRY((p.key == "width" ? video.width : video.height),
-                 integer_of(uri, p, 1, kLargest_px));
-  }
+  for (const Parameter& p : parameters) PANELCAL_CHECK(set_v4l2(uri, p, video));
   if ((video.width > 0) != (video.height > 0)) {
     return refuse(uri, "only one side of the picture is given", "width and height");
   }

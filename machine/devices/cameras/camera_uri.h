@@ -25,7 +25,8 @@ using CameraAddress = std::variant<FolderAddress, VideoAddress, GigeAddress>;
 ///
 ///   folder:DIR                                      pictures in the order of their names
 ///   video:FILE                                      frames of a video file
-///   v4l2:/dev/video0?width=1280&height=960          a USB camera
+///   v4l2:/dev/video0?width=1280&height=960&exposure_us=8000&gain=0&focus=30&white_balance_k=4600&
+///          power_line_hz=50                         a USB camera
 ///   rtsp://HOST/PATH                                a network camera; passed on as it is
 ///   gige://192.168.1.20?packet=1500&exposure_us=2000&gain=1.5&format=mono8&timeout_ms=1000&
 ///          retries=20&resend=on                     GigE Vision, by the camera's IPv4 address

@@ -24,4 +24,17 @@ FreshFrame grab_fresh_frame(Time period,
                             const std::function<bool()>& grab,
                             const std::function<Time()>& now);
 
+/// As grab_fresh_frame, of a camera whose driver gives each frame a time stamp on the clock of
+/// `now`: frames that began before the call, `longest` before their stamp at most, are passed over.
+/// A stamp that is no time of that clock (0, in the future, or more than 10 s ago) is not believed,
+/// and the frames are waited for instead.
+///
+/// In     longest: from the begin of the first row's exposure to the stamp
+///        stamp: of the frame that was grabbed last
+FreshFrame grab_stamped_frame(Time period,
+                              Time longest,
+                              const std::function<bool()>& grab,
+                              const std::function<Time()>& stamp,
+                              const std::function<Time()>& now);
+
 }  // namespace panelcal::internal

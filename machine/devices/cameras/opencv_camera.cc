@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "machine/devices/cameras/opencv_camera.h"
 
+#include <cerrno>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -10,6 +11,7 @@
 #include <system_error>
 #include <utility>
 
+#include "calib/base/files/file_descriptor.h"
 #include "machine/devices/cameras/fresh_frame.h"
 #include "machine/devices/cameras/without_password.h"
 #include "machine/devices/module_path.h"
@@ -17,7 +19,9 @@
 #include "vision/picture/luma.h"
 #include "vision/picture/stderr_capture.h"
 #include <dlfcn.h>
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/ioctl.h>
 
 namespace panelcal {
 namespace {
@@ -27,12 +31,15 @@ constexpr const char* kModule = "libpanelcal_video.so";
 constexpr double kUsualRate = 30;
 /// No camera is slower; a wrong rate must not make every frame look old.
 constexpr double kSlowestRate = 1;
+/// Pictures that may still be on their way through the sensor when an exposure is set.
+constexpr int kOldExposures = 3;
 
 /// The functions of the module.
 struct VideoModule {
   decltype(&panelcal_video_open) open = nullptr;
   decltype(&panelcal_video_rate) rate = nullptr;
   decltype(&panelcal_video_grab) grab = nullptr;
+  decltype(&panelcal_video_stamp_ms) stamp_ms = nullptr;
   decltype(&panelcal_video_decode) decode = nullptr;
   decltype(&panelcal_video_close) close = nullptr;
 };
@@ -51,6 +58,7 @@ Expected<VideoModule> load_module(const std::string& camera) {
   if (library != nullptr && find_symbol(library, "panelcal_video_open", module.open) &&
       find_symbol(library, "panelcal_video_rate", module.rate) &&
       find_symbol(library, "panelcal_video_grab", module.grab) &&
+      find_symbol(library, "panelcal_video_stamp_ms", module.stamp_ms) &&
       find_symbol(library, "panelcal_video_decode", module.decode) &&
       find_symbol(library, "panelcal_video_close", module.close)) {
     return module;
@@ -119,6 +127,28 @@ Time steady_time() {
   return seconds(std::chrono::duration<double>(since).count());
 }
 
+/// Controls of a device beside OpenCV's own handle of it, after it has begun: OpenCV sets some.
+Expected<internal::V4l2Controls> hold_controls(const VideoAddress& address,
+                                               const std::string& name) {
+  auto device = std::make_shared<internal::FileDescriptor>(
+      ::open(address.what.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
+  if (device->get() < 0) {
+    return failure({Code::DeviceCamera,
+                    {name, 0, 0},
+                    "its controls cannot be opened: " +
+                        std::error_code(errno, std::generic_category()).message(),
+                    "a camera that is on and not used by another program"});
+  }
+  internal::Ioctl ioctl = [device = std::move(device)](unsigned long request, void* argument) {
+    int result = 0;
+    do {
+      result = ::ioctl(device->get(), request, argument);
+    } while (result < 0 && errno == EINTR);
+    return result < 0 ? errno : 0;
+  };
+  return internal::V4l2Controls::hold(name, std::move(ioctl), address.settings);
+}
+
 class OpenCvCamera final : public CameraDevice {
  public:
   OpenCvCamera(const VideoAddress& address, const VideoModule& module, PanelcalVideo* video)
@@ -134,6 +164,8 @@ class OpenCvCamera final : public CameraDevice {
   OpenCvCamera& operator=(const OpenCvCamera&) = delete;
   ~OpenCvCamera() override { module_.close(video_); }
 
+  void set_controls(internal::V4l2Controls controls) { controls_ = std::move(controls); }
+
   Expected<Image> take() override {
     internal::StderrCapture capture;
     PANELCAL_CHECK(is_live_ ? grab_fresh() : grab_next());
@@ -142,9 +174,27 @@ class OpenCvCamera final : public CameraDevice {
     if (module_.decode(video_, &frame) == 0) {
       return failure(problem(fmt::format("frame {} cannot be decoded", n_taken_), "a whole frame"));
     }
+    if (controls_) PANELCAL_CHECK(controls_->check());
     return image_of(frame);
   }
   std::string name() const override { return name_; }
+  std::vector<Diagnostic> risks() const override {
+    return controls_ ? controls_->risks() : std::vector<Diagnostic>();
+  }
+
+  bool can_set(CameraSetting setting) const override {
+    return setting == CameraSetting::Exposure && controls_ && controls_->can_set_exposure();
+  }
+  std::optional<double> value(CameraSetting setting) const override {
+    if (!can_set(setting)) return std::nullopt;
+    const std::optional<Time> exposure = controls_->exposure();
+    return exposure ? std::optional(exposure->in_s() * 1e6) : std::nullopt;
+  }
+  Expected<void> set(CameraSetting setting, double value) override {
+    if (!can_set(setting)) return CameraDevice::set(setting, value);
+    n_old_ = kOldExposures;
+    return controls_->set_exposure(seconds(value * 1e-6));
+  }
 
  private:
   Diagnostic problem(std::string what, std::string expected) const {
@@ -158,9 +208,14 @@ class OpenCvCamera final : public CameraDevice {
 
   Expected<void> grab_fresh() {
     const auto grab = [this] { return module_.grab(video_) != 0; };
-    switch (internal::grab_fresh_frame(period_, grab, steady_time)) {
+    const auto stamp = [this] { return seconds(module_.stamp_ms(video_) * 1e-3); };
+    // A stamp may be of the last row's end: its frame began with the first row's exposure.
+    const Time exposure = controls_ ? controls_->exposure().value_or(period_) : period_;
+    switch (controls_ ? internal::grab_stamped_frame(
+                            period_, period_ + exposure, grab, stamp, steady_time)
+                      : internal::grab_fresh_frame(period_, grab, steady_time)) {
       case internal::FreshFrame::Grabbed:
-        return {};
+        return pass_old_exposures();
       case internal::FreshFrame::Lost:
         return failure(problem("sends no frame any more", "the camera that was there before"));
       case internal::FreshFrame::Endless:
@@ -169,12 +224,19 @@ class OpenCvCamera final : public CameraDevice {
     return failure(problem("old frames come without an end", "frames as fast as they are made"));
   }
 
+  Expected<void> pass_old_exposures() {
+    for (; n_old_ > 0; --n_old_) PANELCAL_CHECK(grab_next());
+    return {};
+  }
+
   std::string name_;
   bool is_live_;
   VideoModule module_;
   PanelcalVideo* video_;
   Time period_;
+  std::optional<internal::V4l2Controls> controls_;  ///< of a V4L2 device
   int n_taken_ = 0;
+  int n_old_ = 0;  ///< fresh frames to come that may have the exposure of before
 };
 
 }  // namespace
@@ -199,7 +261,14 @@ Expected<std::unique_ptr<CameraDevice>> open_opencv_camera(const VideoAddress& a
   PanelcalVideo* const video = module.open(
       static_cast<int>(address.kind), address.what.c_str(), address.width, address.height);
   const std::string words = without_pointers(capture.finish());
-  if (video != nullptr) return std::make_unique<OpenCvCamera>(address, module, video);
+  if (video != nullptr) {
+    auto camera = std::make_unique<OpenCvCamera>(address, module, video);
+    if (address.kind == VideoAddress::Kind::V4l2) {
+      PANELCAL_TRY(internal::V4l2Controls controls, hold_controls(address, name));
+      camera->set_controls(std::move(controls));
+    }
+    return camera;
+  }
   return failure({is_file ? Code::PictureFormat : Code::DeviceCamera,
                   {name, 0, 0},
                   is_file ? "not a video that FFmpeg reads"

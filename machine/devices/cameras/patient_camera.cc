@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "machine/devices/cameras/patient_camera.h"
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 #include <variant>
@@ -38,6 +39,14 @@ PatientCamera::PatientCamera(Open open,
   for (std::size_t i = 0; i < can_set_.size(); ++i) {
     can_set_[i] = device_->can_set(static_cast<CameraSetting>(i));
   }
+  add_risks();
+}
+
+void PatientCamera::add_risks() {
+  for (Diagnostic& risk : device_->risks()) {
+    const auto is_said = [&](const Diagnostic& said) { return said.text() == risk.text(); };
+    if (std::ranges::none_of(risks_, is_said)) risks_.push_back(std::move(risk));
+  }
 }
 
 Expected<std::unique_ptr<CameraDevice>> PatientCamera::make(Open open, Time patience, Wait wait) {
@@ -49,6 +58,7 @@ Expected<std::unique_ptr<CameraDevice>> PatientCamera::make(Open open, Time pati
 /// Sets what the last one was set to.
 Expected<void> PatientCamera::reopen() {
   PANELCAL_TRY(device_, open_());
+  add_risks();
   for (const auto& [setting, value] : settings_) PANELCAL_CHECK(device_->set(setting, value));
   return {};
 }

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "calib/base/units.h"
 #include "machine/devices/camera.h"
@@ -34,6 +35,7 @@ class PatientCamera final : public CameraDevice {
   std::string name() const override { return name_; }
   std::optional<PictureSize> size() const override { return size_; }
   int n_retaken() const override;
+  std::vector<Diagnostic> risks() const override { return risks_; }
   bool can_set(CameraSetting setting) const override;
   std::optional<double> value(CameraSetting setting) const override {
     return device_ ? device_->value(setting) : std::nullopt;
@@ -44,6 +46,8 @@ class PatientCamera final : public CameraDevice {
   PatientCamera(Open open, Time patience, Wait wait, std::unique_ptr<CameraDevice> device);
 
   Expected<void> reopen();
+  /// Those that were said before stand.
+  void add_risks();
   template <class Result, class Act>
   Expected<Result> tried(const Act& act);
 
@@ -55,6 +59,7 @@ class PatientCamera final : public CameraDevice {
   std::optional<PictureSize> size_;
   std::array<bool, kCameraSettings> can_set_{};
   std::map<CameraSetting, double> settings_;
+  std::vector<Diagnostic> risks_;
   int n_retaken_before_ = 0;  ///< of the devices before this one
 };
 

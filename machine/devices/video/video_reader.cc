@@ -65,6 +65,15 @@ int panelcal_video_grab(PanelcalVideo* video) {
   }
 }
 
+double panelcal_video_stamp_ms(PanelcalVideo* video) {
+  try {
+    const double stamp_ms = video->capture.get(cv::CAP_PROP_POS_MSEC);
+    return std::isfinite(stamp_ms) && stamp_ms > 0 ? stamp_ms : 0;
+  } catch (const std::exception&) {
+    return 0;
+  }
+}
+
 int panelcal_video_decode(PanelcalVideo* video, PanelcalVideoFrame* frame) {
   try {
     cv::Mat& mat = video->frame;

@@ -31,6 +31,10 @@ double panelcal_video_rate(PanelcalVideo* video);
 /// Waits for the next frame; 0 if there is none.
 int panelcal_video_grab(PanelcalVideo* video);
 
+/// Time of the frame that was grabbed last, ms on the driver's clock (of a V4L2 device; most count
+/// as CLOCK_MONOTONIC); 0 if unknown.
+double panelcal_video_stamp_ms(PanelcalVideo* video);
+
 /// Decodes the frame that was grabbed; 0 if it is damaged or of another kind than above.
 int panelcal_video_decode(PanelcalVideo* video, PanelcalVideoFrame* frame);
 

@@ -31,6 +31,14 @@ TEST(CameraUri, NamesFoldersFilesAndDevices) {
   EXPECT_EQ(device.kind, VideoAddress::Kind::V4l2);
   EXPECT_EQ(device.what, "/dev/video0");
   EXPECT_EQ(device.width, 0);
+  const auto held = address_of<VideoAddress>(
+      "v4l2:/dev/video0?exposure_us=8000&gain=0&focus=30&white_balance_k=4600&power_line_hz=50");
+  EXPECT_NEAR(held.settings.exposure.value().in_s(), 8e-3, 1e-12);
+  EXPECT_EQ(held.settings.gain, 0);
+  EXPECT_EQ(held.settings.focus, 30);
+  EXPECT_EQ(held.settings.white_balance_K, 4600);
+  EXPECT_EQ(held.settings.power_line_Hz, 50);
+  EXPECT_FALSE(device.settings.exposure || device.settings.focus);
   const auto large = address_of<VideoAddress>("v4l2:/dev/video1?width=1280&height=960");
   EXPECT_EQ(large.what, "/dev/video1");
   EXPECT_EQ(large.width, 1280);
@@ -77,6 +85,9 @@ TEST(CameraUri, SaysWhatIsWrong) {
       {"v4l2:0", "\"0\""},
       {"v4l2:/dev/video0?fps=3", "\"fps\""},
       {"v4l2:/dev/video0?width=640", ""},
+      {"v4l2:/dev/video0?power_line_hz=55", "\"55\""},
+      {"v4l2:/dev/video0?focus=near", "\"near\""},
+      {"v4l2:/dev/video0?exposure_us=0", "\"0\""},
       {"v4l2:/dev/video0?width=640&width=640", "\"width\""},
       {"v4l2:/dev/video0?width=-1&height=3", "100000"},
       {"rtsp:cam", ""},

@@ -62,6 +62,71 @@ TEST(FreshFrame, WasExposedAfterTheCallWhateverWasWaiting) {
   }
 }
 
+/// Stamps of the begin and of the end of a frame, and every order of waiting frames.
+TEST(StampedFrame, WasExposedAfterTheCallWhateverWasWaiting) {
+  constexpr double kPeriod_s = 1.0 / 30;
+  for (const int n_kept : {1, 4, 100}) {
+    for (const double stamp_s : {0.0, kPeriod_s}) {
+      for (double idle_s = 0.001; idle_s < 10; idle_s *= 1.37) {
+        BufferedCamera camera(n_kept, kPeriod_s, 0.0001);
+        camera.pass(idle_s);
+        const double called_s = camera.now().in_s();
+        ASSERT_EQ(grab_stamped_frame(
+                      seconds(kPeriod_s),
+                      seconds(kPeriod_s),
+                      [&] { return camera.grab(); },
+                      [&] { return seconds(camera.began_s() + stamp_s); },
+                      [&] { return camera.now(); }),
+                  FreshFrame::Grabbed);
+        EXPECT_GE(camera.began_s(), called_s) << n_kept << ' ' << stamp_s << ' ' << idle_s;
+        // The frame that is being exposed, and with a stamp of the begin the one behind it.
+        EXPECT_LT(camera.began_s(), called_s + 2.1 * kPeriod_s);
+      }
+    }
+  }
+}
+
+/// A driver that decodes slowly: by the time alone its waiting frames look fresh.
+TEST(StampedFrame, AQueueOfOldFramesThatComeSlowlyIsPassedOver) {
+  constexpr double kPeriod_s = 1.0 / 30;
+  constexpr double kDecoding_s = 0.02;
+  BufferedCamera camera(4, kPeriod_s, kDecoding_s);
+  camera.pass(5);
+  const double called_s = camera.now().in_s();
+  ASSERT_EQ(grab_stamped_frame(
+                seconds(kPeriod_s),
+                seconds(kPeriod_s),
+                [&] { return camera.grab(); },
+                [&] { return seconds(camera.began_s()); },
+                [&] { return camera.now(); }),
+            FreshFrame::Grabbed);
+  EXPECT_GE(camera.began_s(), called_s);
+
+  BufferedCamera by_time(4, kPeriod_s, kDecoding_s);
+  by_time.pass(5);
+  ASSERT_EQ(grab_fresh_frame(
+                seconds(kPeriod_s), [&] { return by_time.grab(); }, [&] { return by_time.now(); }),
+            FreshFrame::Grabbed);
+  EXPECT_LT(by_time.began_s(), called_s) << "the stamps were not needed";
+}
+
+TEST(StampedFrame, StampsOfAnotherClockAreNotBelieved) {
+  constexpr double kPeriod_s = 1.0 / 30;
+  for (const double offset_s : {-1e9, -30.0, 0.5, 1e9}) {
+    BufferedCamera camera(4, kPeriod_s, 0.0001);
+    camera.pass(60);
+    const double called_s = camera.now().in_s();
+    ASSERT_EQ(grab_stamped_frame(
+                  seconds(kPeriod_s),
+                  seconds(kPeriod_s),
+                  [&] { return camera.grab(); },
+                  [&] { return camera.now() + seconds(offset_s); },
+                  [&] { return camera.now(); }),
+              FreshFrame::Grabbed);
+    EXPECT_GE(camera.began_s(), called_s) << offset_s;
+  }
+}
+
 TEST(FreshFrame, ALostCameraIsSaid) {
   int n = 0;
   EXPECT_EQ(grab_fresh_frame(
