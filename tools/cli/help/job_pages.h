@@ -205,10 +205,10 @@ With a live camera the machine is driven to each target by [machine] driver = "g
       --camera 'gige://192.168.1.20?exposure_us=2000&format=mono8'
 
 Cameras  folder:DIR and video:FILE give their pictures in order;
-v4l2:/dev/video0?width=1280&height=960&exposure_us=..&gain=..&focus=..&white_balance_k=..
-&power_line_hz=50 (docs/howto/usb_camera.md), rtsp://HOST/PATH and gige://ADDRESS?packet=1500
-&exposure_us=..&gain=..&format=mono8&timeout_ms=1000&retries=20&resend=on|off are live. A USB camera
-that keeps its focus or exposure automatic is a warning.
+v4l2:/dev/video0?width=1280&height=960, rtsp://HOST/PATH and gige://ADDRESS?packet=1500&exposure_us=..
+&gain=..&format=mono8&timeout_ms=1000&retries=20&resend=on|off are live. A USB camera (v4l2) takes
+exposure_us, gain, focus, white_balance_k and power_line_hz too (docs/howto/usb_camera.md); one that
+keeps its focus or exposure automatic is a warning.
 
 Formats  .jsonl .csv .drl .exc .s5 .sm .ngc .svg, or --to jsonl|csv|excellon|sieb-meyer|gcode|svg;
 .svg is a picture of the job. Either language can be written from either; the output names what the
