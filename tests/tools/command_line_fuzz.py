@@ -25,6 +25,9 @@ INPUTS = {"--against", "-m", "--machine", "-l", "--ledger", "--images", "--measu
           "--program", "--surface", "--truth", "--voids-of", "--zones"}
 # Commands that record in the ledger, and what they and calibrations keep.
 KEEPERS = {"nightly", "history rollback", "history fresh-start", "align verify"}
+# Commands that bring something into a database of many.
+GATHERERS = {"batch", "batch push", "history push"}
+DATABASE = "all.sqlite"
 KEPT = {"board.align.json", "drill1.ledger", "drill1.ledger.lock", "coupon.json", "spindle.cal.json", "camera.cal.json"}
 
 
@@ -81,7 +84,7 @@ def is_input(words, i):
 def may_change(name, command, words):
     """Whether a file is a declared output and no input, or what the machine keeps."""
     keeps = command in KEEPERS or "--install" in words or command.startswith("calibrate")
-    if keeps and name in KEPT:
+    if (keeps and name in KEPT) or (command in GATHERERS and name == DATABASE):
         return True
     in_use = {word for i, word in enumerate(words) if is_input(words, i)}
     if "machine.toml" in in_use:
