@@ -25,10 +25,10 @@ INPUTS = {"--against", "-m", "--machine", "-l", "--ledger", "--images", "--measu
           "--program", "--surface", "--truth", "--voids-of", "--zones"}
 # Commands that record in the ledger, and what they and calibrations keep.
 KEEPERS = {"nightly", "history rollback", "history fresh-start", "align verify"}
+KEPT = {"board.align.json", "drill1.ledger", "drill1.ledger.lock", "coupon.json", "spindle.cal.json", "camera.cal.json"}
 # Commands that bring something into a database of many.
 GATHERERS = {"batch", "batch push", "history push"}
 DATABASE = "all.sqlite"
-KEPT = {"board.align.json", "drill1.ledger", "drill1.ledger.lock", "coupon.json", "spindle.cal.json", "camera.cal.json"}
 
 
 def value(draw, names):
