@@ -63,8 +63,7 @@ void GcodeWriter::pause(std::string_view code,
   }
   park(place);
   if (!code.empty()) line(code);
-  // Operators jog meanwhile, by another feed.
-  feed_.clear();
+  forget_feed();
 }
 
 /// A program behind % of the header waits for START anyway.

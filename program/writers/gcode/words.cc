@@ -75,6 +75,11 @@ void GcodeWriter::say_rapid(std::string_view rest) {
   line(fmt::format("G0 {}", rest));
 }
 
+/// An operator may jog during a pause: Marlin then goes on with the feed of the jog.
+void GcodeWriter::forget_feed() {
+  if (wording_.rapids_need_a_feed) feed_.clear();
+}
+
 void GcodeWriter::leave_cycle() {
   if (cycle_.empty()) return;
   cycle_.clear();

@@ -72,7 +72,7 @@ void GcodeWriter::take(const Tool& tool) {
   }
   height_ = Height::Unknown;
   told_.reset();
-  feed_.clear();
+  forget_feed();
 }
 
 void GcodeWriter::write(const ToolRate& rate) {

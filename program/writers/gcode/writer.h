@@ -125,6 +125,7 @@ class GcodeWriter final : public ProgramWriter {
   std::string words(const Place& at) const;
   void say_move(std::string_view code, std::string_view rest, Feed feed);
   void say_rapid(std::string_view rest);
+  void forget_feed();
   void leave_cycle();
   void rise();
   void go_to(const Place& at);

@@ -70,6 +70,12 @@ TEST(GcodeFlavour, MarlinGetsOneCommandALineWithTheFeedOfItsRapidMoves) {
             "M5\n");
 }
 
+TEST(GcodeFlavour, MarlinIsToldTheFeedOfRapidMovesAgainBehindAPause) {
+  const std::string text = text_of({take(1), drill(1, 10, 20), Message{"look"}, drill(1, 11, 20)},
+                                   of(GcodeFlavour::Marlin));
+  EXPECT_THAT(text, HasSubstr("M117 look\nM5\nM0\nM3 S30000\nG0 X11 Y20 F3000\n"));
+}
+
 TEST(GcodeFlavour, PecksByMovesWhereThereAreNoCycles) {
   GcodeSetting setting = of(GcodeFlavour::Grbl);
   setting.approach_z = mm(0.5);
