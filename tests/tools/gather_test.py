@@ -241,9 +241,9 @@ class Fleet(BatchCase):
         folder.mkdir(exist_ok=True)
         (folder / f"{facts['started'][:10]}.json").write_text(json.dumps(facts))
 
-    def fleet(self, folder, clock, expect, store="all.sqlite"):
+    def fleet(self, folder, clock, expect, store="all.sqlite", *words):
         done = self.call_in(folder, "history", "fleet", "--store", store, "--clock", clock, "--json", "fleet.json",
-                            "--report", "fleet.html", expect=expect)
+                            "--report", "fleet.html", *words, expect=expect)
         facts = checked(json.loads((folder / "fleet.json").read_text()), self.root)
         for one in facts["machines"]:
             self.assertIn(f"{one['state']:<8} {one['machine']}", done.stdout)
@@ -272,8 +272,14 @@ class Fleet(BatchCase):
                 self.assertEqual((one["state"], one["why"]), ("unknown", "no night since 2026-11-22T02:10:00Z"))
                 self.night(folder / "reports", folder / "drill1.ledger", drill_until="2026-12-01T00:00:00Z")
                 self.push(folder, "--reports", "reports", store=store)
-                self.assertEqual(self.fleet(folder, "2026-11-30T08:00:00Z", 0, store)["drill 1"]["state"], "drill")
-                self.assertEqual(self.fleet(folder, "2026-12-01T00:00:01Z", 1, store)["drill 1"]["state"], "unknown")
+                # A later night may have held, and not have been pushed.
+                self.assertEqual(self.fleet(folder, "2026-11-30T08:00:00Z", 1, store)["drill 1"]["state"], "unknown")
+                old = ("--max-age-h", 1000)
+                one = self.fleet(folder, "2026-11-30T08:00:00Z", 0, store, *old)["drill 1"]
+                self.assertEqual((one["state"], one["until"]), ("drill", "2026-12-01T00:00:00Z"))
+                self.assertEqual(self.fleet(folder, "2026-12-01T00:00:01Z", 1, store, *old)["drill 1"]["state"], "unknown")
+                one = self.fleet(folder, "2026-11-21T08:00:00Z", 1, store)["drill 1"]
+                self.assertIn("of the future", one["why"])
 
     def test_a_night_that_holds_and_a_later_one_that_does_not(self):
         folder = self.ledgers()
@@ -300,6 +306,24 @@ class Fleet(BatchCase):
         done = self.call_in(folder, "history", "fleet", "--store", "mistyped.sqlite", expect=2)
         self.assertIn("mistyped.sqlite: error[file-unreadable]", done.stderr)
         self.assertFalse((folder / "mistyped.sqlite").exists())
+
+    def test_two_machines_of_one_name_are_unknown_and_a_ledger_that_was_begun_anew_is_not(self):
+        entries = [golden_ledger.offset(50, -3, "2026-11-19T02:00:00Z"), golden_ledger.offset(60, 7, "2026-11-19T03:00:00Z")]
+        for started, state in (("2026-11-22T02:00:00Z", "unknown"), ("2026-11-23T02:00:00Z", "drill")):
+            with self.subTest(started=started):
+                folder = self.folder()
+                for number, entry in enumerate(entries, 1):
+                    (folder / "drill1.ledger").unlink(missing_ok=True)
+                    golden_ledger.make(folder / "drill1.ledger", [entry]).close()
+                    # Both timers begin at the same second.
+                    begun = started if number == 2 else "2026-11-22T02:00:00Z"
+                    self.night(folder / f"reports-{number}", folder / "drill1.ledger", started=begun,
+                               finished=begun.replace("02:00:00", "02:10:00"))
+                    self.push(folder, "--reports", f"reports-{number}")
+                one = self.fleet(folder, started.replace("02:00", "08:00"), int(state == "unknown"))["drill 1"]
+                self.assertEqual(one["state"], state)
+                if state == "unknown":
+                    self.assertIn("two machines have one name", one["why"])
 
     def test_a_machine_without_a_night_is_unknown_and_a_dry_run_is_none(self):
         folder = self.ledgers()

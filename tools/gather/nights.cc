@@ -178,12 +178,12 @@ Expected<std::int64_t> push_nights(const fs::path& reports,
   for (const fs::path& file : files) {
     PANELCAL_TRY(const StoredRow row, night_row(file, iso_8601(now)));
     if (row.empty()) continue;
-    const StoredValue key[] = {row[0], row[1]};
-    PANELCAL_TRY(
-        const std::vector<StoredRow> present,
-        database.rows("SELECT document FROM night WHERE machine = ? AND started = ?", key));
+    const StoredValue key[] = {row[0], row[1], row[12]};
+    constexpr std::string_view kSame = "WHERE machine = ? AND started = ? AND ledger_sha256 = ?";
+    PANELCAL_TRY(const std::vector<StoredRow> present,
+                 database.rows(fmt::format("SELECT document FROM night {}", kSame), key));
     if (!present.empty() && present[0][0] == row[13]) continue;
-    PANELCAL_CHECK(database.run("DELETE FROM night WHERE machine = ? AND started = ?", key));
+    PANELCAL_CHECK(database.run(fmt::format("DELETE FROM night {}", kSame), key));
     PANELCAL_CHECK(insert(database,
                           "night",
                           "machine, started, night, finished, may_drill, drill_until, outcome, "
@@ -209,23 +209,30 @@ std::int64_t whole_of(const StoredValue& value) {
 void judge(FleetMachine& machine,
            bool may_drill,
            const std::string& until,
-           std::chrono::sys_seconds now) {
+           const FleetTerms& terms) {
   if (!may_drill) {
     machine.state = FleetState::Hold;
     machine.why = machine.verdict;
     return;
   }
   const auto finished = from_iso_8601(machine.finished);
-  auto end = from_iso_8601(until);
-  if (!end && finished) end = *finished + kNightHolds;
-  if (!end) {
+  if (!finished || (!until.empty() && !from_iso_8601(until))) {
     machine.why = "the time of its last night cannot be read";
-  } else if (now > *end) {
-    machine.why = until.empty() ? "no night since " + machine.finished
-                                : "its last night said: drill until " + until;
+    return;
+  }
+  // A night that could not be pushed, and held, would look like this too.
+  const std::chrono::sys_seconds next = *finished + terms.max_age;
+  const std::chrono::sys_seconds end = std::min(from_iso_8601(until).value_or(next), next);
+  constexpr std::chrono::hours kFastClock{1};
+  if (*finished > terms.now + kFastClock) {
+    machine.why = "its last night is of the future, " + machine.finished + ": a clock is wrong";
+  } else if (terms.now > next) {
+    machine.why = "no night since " + machine.finished;
+  } else if (terms.now > end) {
+    machine.why = "its last night said: drill until " + until;
   } else {
     machine.state = FleetState::Drill;
-    machine.until = iso_8601(*end);
+    machine.until = iso_8601(end);
     machine.why = machine.verdict;
   }
 }
@@ -272,6 +279,26 @@ Expected<void> look_behind(FleetMachine& machine,
   return {};
 }
 
+/// Two machines that have one name: their nights stand in two ledgers, and at the same time. (Of a
+/// ledger that was begun anew the nights are behind those of the old one.)
+Expected<void> look_beside(std::map<std::string, FleetMachine>& machines, Database& database) {
+  PANELCAL_TRY(const std::vector<StoredRow> spans,
+               database.rows("SELECT night.machine, min(night.started), max(night.finished) FROM "
+                             "night JOIN entry ON entry.number = night.ledger_entry AND "
+                             "entry.sha256 = night.ledger_sha256 GROUP BY night.machine, "
+                             "entry.ledger ORDER BY 1, 2"));
+  for (std::size_t i = 1; i < spans.size(); ++i) {
+    const StoredRow& before = spans[i - 1];
+    if (before[0] != spans[i][0] || text_in(before[2]) < text_in(spans[i][1])) continue;
+    FleetMachine& machine = machines[text_in(before[0])];
+    machine.state = FleetState::Unknown;
+    machine.until.clear();
+    machine.why =
+        "two ledgers have nights of this name at the same time: two machines have one name";
+  }
+  return {};
+}
+
 }  // namespace
 
 Expected<PushedLedger> push_ledger(const Ledger& ledger,
@@ -301,7 +328,7 @@ std::string_view name(FleetState state) {
   return "unknown";
 }
 
-Expected<std::vector<FleetMachine>> fleet(Database& database, std::chrono::sys_seconds now) {
+Expected<std::vector<FleetMachine>> fleet(Database& database, const FleetTerms& terms) {
   std::map<std::string, FleetMachine> machines;
   PANELCAL_TRY(const std::vector<StoredRow> known,
                database.rows("SELECT entry.machine, max(ledger.pushed) FROM entry JOIN ledger ON "
@@ -325,9 +352,10 @@ Expected<std::vector<FleetMachine>> fleet(Database& database, std::chrono::sys_s
     machine.outcome = text_in(row[4]);
     machine.asked_by = text_in(row[5]);
     machine.pushed = std::max(machine.pushed, text_in(row[10]));
-    judge(machine, whole_of(row[6]) != 0, text_in(row[7]), now);
+    judge(machine, whole_of(row[6]) != 0, text_in(row[7]), terms);
     PANELCAL_CHECK(look_behind(machine, whole_of(row[8]), text_in(row[9]), database));
   }
+  PANELCAL_CHECK(look_beside(machines, database));
   std::vector<FleetMachine> out;
   for (auto& [name, machine] : machines) out.push_back(std::move(machine));
   return out;

@@ -57,13 +57,18 @@ struct FleetMachine {
   std::string pushed;
 };
 
+struct FleetTerms {
+  std::chrono::sys_seconds now{};
+  /// A night that ended earlier says nothing any more: a later one may have held, and not have been
+  /// pushed.
+  std::chrono::hours max_age{36};
+};
+
 /// All machines that a database has nights or entries of, by their names.
 ///
-/// A night that says "drill" and has no forecast holds until the next one: for kNightHolds. An
-/// entry behind it that changes what is in force makes the state unknown, as no night has judged
-/// it.
-Expected<std::vector<FleetMachine>> fleet(Database& database, std::chrono::sys_seconds now);
-
-inline constexpr std::chrono::hours kNightHolds{36};
+/// "drill" wants a night that says so and is young enough, a forecast that has not ended, no entry
+/// behind it that changes what is in force, as no night has judged that, and one machine of this
+/// name.
+Expected<std::vector<FleetMachine>> fleet(Database& database, const FleetTerms& terms);
 
 }  // namespace panelcal::gather

@@ -91,7 +91,7 @@ CREATE TABLE night(
   verdict TEXT NOT NULL, asked_by TEXT NOT NULL, software TEXT NOT NULL,
   ledger_entry BIGINT NOT NULL, ledger_sha256 TEXT NOT NULL, document TEXT NOT NULL,
   pushed TEXT NOT NULL,
-  PRIMARY KEY(machine, started)
+  PRIMARY KEY(machine, started, ledger_sha256)
 );
 CREATE VIEW worst_targets AS
   SELECT job.batch, job.id, target.seq, target.image, target.status, target.state,

@@ -81,9 +81,12 @@ Expected<Answer> show_fleet(const HistoryOptions& options, CommandContext& conte
   }
   PANELCAL_TRY(const auto database, gather::open_database(options.store));
   const std::chrono::sys_seconds now = clock();
-  PANELCAL_TRY(const std::vector<FleetMachine> machines, gather::fleet(*database, now));
-  const bool all_may_drill = std::ranges::all_of(
-      machines, [](const FleetMachine& one) { return one.state == FleetState::Drill; });
+  PANELCAL_TRY(const std::vector<FleetMachine> machines,
+               gather::fleet(*database, {now, std::chrono::hours(options.max_age_h)}));
+  const bool all_may_drill =
+      !machines.empty() && std::ranges::all_of(machines, [](const FleetMachine& one) {
+        return one.state == FleetState::Drill;
+      });
   return state_facts(context,
                      options.facts,
                      "machines of " + database->name(),

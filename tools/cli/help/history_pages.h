@@ -128,10 +128,11 @@ inline constexpr std::string_view kHistoryFleet = R"(Example
   unknown  drill 3  no night since 2026-11-24T02:10:00Z
   1 of 3 may drill now
 
-Says of every machine whose nights were pushed whether it may drill now: its last night says so, its
-forecast has not ended (without a forecast a night holds for 36 h), and its ledger has no calibration
-behind that night. Whatever is not known is "unknown". --report is a page, --json the facts
-(share/schema/fleet.schema.json). What was not pushed is not known: see the time of the push.
+Says of every machine whose nights were pushed whether it may drill now: its last night says so, has
+ended in the last 36 h (--max-age-h, for machines that do not calibrate every night), its forecast
+has not ended, and its ledger has no calibration behind that night. Whatever else there is makes it
+"unknown": also two machines of one name. A later night that held, and was not pushed, is not known.
+--report is a page, --json the facts (share/schema/fleet.schema.json).
 
 Exit codes
   0 all may drill; 1 some may not, or it is not known; 2 bad input or usage; 3 the database cannot be

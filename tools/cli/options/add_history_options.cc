@@ -123,6 +123,10 @@ void add_history_fleet_options(CLI::App& command, HistoryOptions& o) {
       ->required();
   command.add_option(
       "--clock", o.clock, "Date and time in UTC, such as 2026-11-21T02:00:00Z (default: now)");
+  command
+      .add_option("--max-age-h", o.max_age_h, "A night that ended earlier says nothing any more")
+      ->check(CLI::Range(1, 10'000))
+      ->capture_default_str();
   add_page(command, o);
 }
 

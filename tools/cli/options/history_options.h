@@ -37,6 +37,7 @@ struct HistoryOptions {
   // push and fleet: a database of many machines.
   std::string store;    ///< its address
   std::string reports;  ///< the folder of the nights; empty: none
+  int max_age_h = 36;   ///< of a night that still says something
   std::string clock;    ///< as CheckOptions
   std::int64_t max_operations = kUsualMaxOperations;
   ReadingTerms reading;
