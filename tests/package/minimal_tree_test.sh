@@ -65,7 +65,7 @@ print(len(job.holes.actual_mm))"' >"$work/python.txt"
 [ "$(cat "$work/python.txt")" -eq 990 ]
 say "the Python module run"
 
-inside apt-get purge -y panelcal panelcal-cameras panelcal-serve python3-panelcal libpanelcal-dev panelcal-doc >>"$work/apt.log" 2>&1
+inside apt-get purge -y panelcal panelcal-cameras panelcal-serve panelcal-postgresql python3-panelcal libpanelcal-dev panelcal-doc >>"$work/apt.log" 2>&1
 if (cd "$tree" && find . -xdev -path ./packages -prune -o -path ./tmp -prune -o -name '*panelcal*' -print) | grep .; then
   echo "these stay behind"
   exit 1
