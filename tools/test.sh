@@ -91,12 +91,17 @@ test_sanitized() {
 
 # The threads that look at pictures and do jobs; libraries that are not built here are not watched.
 test_threads() {
-  step "configure with thread sanitizer" cmake -S "$root" --preset tsan
-  step "build with thread sanitizer" cmake --build "$root/build/tsan" --target panelcal threads_test
+  step "configure with thread sanitizer" cmake -S "$root" --preset tsan -DPANELCAL_WITH_PYTHON=ON
+  step "build with thread sanitizer" cmake --build "$root/build/tsan" --target panelcal panelcal_python threads_test
   step "shared objects with thread sanitizer" env TSAN_OPTIONS=ignore_noninstrumented_modules=1 \
     "$root/build/tsan/tests/machine/threads_test"
   step "threads with thread sanitizer" python3 "$root/tests/tools/threads_test.py" \
     "$root/build/tsan/tools/panelcal" "$root"
+  # It has to be loaded before Python itself, which it does not watch.
+  step "Python module with thread sanitizer" env \
+    LD_PRELOAD="$(clang++-16 -print-file-name=libclang_rt.tsan-x86_64.so)" PANELCAL="$build_dir/tools/panelcal" \
+    PYTHONPATH="$root/build/tsan/python" TSAN_OPTIONS="ignore_noninstrumented_modules=1 exitcode=66" \
+    /usr/bin/python3 -m pytest -q -p no:cacheprovider "$root/tests/python"
   step "batch with thread sanitizer" python3 "$root/tests/tools/batch_test.py" \
     "$root/build/tsan/tools/panelcal" "$root" 0
 }
