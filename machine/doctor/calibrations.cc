@@ -8,6 +8,7 @@
 #include "calib/correction/breaking_probability.h"
 #include "machine/doctor/checks.h"
 #include "program/judge/job_decision.h"
+#include "program/text/gaps.h"
 #include <fmt/format.h>
 
 namespace panelcal::doctor {
@@ -40,13 +41,6 @@ void check_date(const std::string& subject,
   } else {
     findings.ok(subject, text);
   }
-}
-
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view kBlank = " \t\r";
-  const std::size_t begin = text.find_first_not_of(kBlank);
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(kBlank) - begin + 1);
 }
 
 void check_camera_file(const std::string& subject,
@@ -109,8 +103,9 @@ void check_assumptions(std::string_view machine_toml, Findings& findings) {
   constexpr std::string_view kMark = "# assumed; ";
   int i_line = 0;
   while (!machine_toml.empty()) {
-    const std::string_view line = machine_toml.substr(0, machine_toml.find('\n'));
+    std::string_view line = machine_toml.substr(0, machine_toml.find('\n'));
     machine_toml.remove_prefix(std::min(machine_toml.size(), line.size() + 1));
+    if (line.ends_with('\r')) line.remove_suffix(1);
     ++i_line;
     const std::size_t mark = line.find(kMark);
     const std::size_t equals = line.find('=');

@@ -47,7 +47,7 @@ def asked_in_file(file):
     return ask
 
 
-class Gathered(BatchCase):
+class ServerCase(BatchCase):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
@@ -58,6 +58,8 @@ class Gathered(BatchCase):
         cls.server.close()
         super().tearDownClass()
 
+
+class Gathered(ServerCase):
     def setUp(self):
         self.server.run("DROP SCHEMA IF EXISTS panelcal CASCADE")
 
@@ -215,18 +217,8 @@ class Gathered(BatchCase):
                 self.assertIn("version 99 of the database", done.stderr)
 
 
-class Fleet(BatchCase):
+class Fleet(ServerCase):
     """Nights of a file of SQLite; that PostgreSQL takes the same statements the batches show, and one push."""
-
-    @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        cls.server = postgresql_server.Server()
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.server.close()
-        super().tearDownClass()
 
     def night(self, folder, ledger, machine="drill 1", entry=None, **more):
         """Facts of a night behind an entry of a ledger."""

@@ -71,7 +71,6 @@ class BatchRun {
     PANELCAL_CHECK(open_database());
     PANELCAL_CHECK(is_array ? work_by_array() : work());
     if (shard_) return shard_answer();
-    deliver_rest();
     PANELCAL_TRY(Answer answer,
                  answer_of(*store_,
                            {session_.n_jobs, session_.seconds},
@@ -234,13 +233,13 @@ class BatchRun {
     if (options_.store.empty()) return {};
     PANELCAL_TRY(gather::JobDelivery delivery, gather::JobDelivery::begin(options_.store, *store_));
     delivery_.emplace(std::move(delivery));
+    // Of earlier starts.
+    check_delivered(delivery_->deliver_all());
     return {};
   }
 
   /// What does not reach the database stays in the results: the batch goes on without it.
-  void deliver(std::int64_t first, std::int64_t last) {
-    if (!delivery_) return;
-    const Expected<std::int64_t> n = delivery_->deliver(first, last);
+  void check_delivered(const Expected<std::int64_t>& n) {
     if (n) return;
     context_.console.end_progress();
     context_.console.print(n.error());
@@ -252,9 +251,6 @@ class BatchRun {
     delivery_.reset();
     lacks_jobs_ = true;
   }
-
-  /// Jobs of earlier starts, and those that lie far apart.
-  void deliver_rest() { deliver(1, static_cast<std::int64_t>(manifest_.jobs.size())); }
 
   Expected<void> work() {
     if (selected_.empty()) return {};
@@ -314,8 +310,11 @@ class BatchRun {
     session_.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count();
     PANELCAL_CHECK(store_->put(outcomes_, i_session_, session_));
-    const auto [first, last] = std::minmax({outcomes_.front().number, outcomes_.back().number});
-    if (last - first < 4 * static_cast<std::int64_t>(outcomes_.size())) deliver(first, last);
+    if (delivery_) {
+      std::vector<std::int64_t> numbers;
+      for (const JobOutcome& job : outcomes_) numbers.push_back(job.number);
+      check_delivered(delivery_->deliver(numbers));
+    }
     files_.clear();
     outcomes_.clear();
     return tell();
@@ -353,6 +352,7 @@ class BatchRun {
                      context_.console);
     PANELCAL_TRY(const std::vector<std::int64_t> given_up, array.run());
     PANELCAL_CHECK(gather());
+    if (delivery_) check_delivered(delivery_->deliver_all());
     session_.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count();
     if (given_up.empty()) return {};

@@ -20,7 +20,7 @@ namespace {
 using batch::kStoreTables;
 
 /// Jobs of a transaction: a server answers in the time of hundreds of rows.
-constexpr std::int64_t kJobsAtOnce = 200;
+constexpr std::size_t kJobsAtOnce = 200;
 
 /// The rows of a job in each of the tables.
 struct Job {
@@ -51,20 +51,22 @@ std::string digest_of(const Job& job) {
   return sha256(text);
 }
 
-Expected<Jobs> jobs_of(batch::Store& store, std::int64_t first, std::int64_t last) {
+std::string list_of(std::span<const std::int64_t> numbers) {
+  return fmt::format("{}", fmt::join(numbers, ","));
+}
+
+Expected<Jobs> jobs_of(batch::Store& store, std::span<const std::int64_t> numbers) {
   Jobs jobs;
   for (std::size_t i = 0; i < kStoreTables.size(); ++i) {
     const std::string_view key = i == 0 ? "number" : "job";
-    PANELCAL_CHECK(
-        store.each(fmt::format("SELECT {} FROM {} WHERE {} BETWEEN {} AND {} ORDER BY 1, 2",
-                               kStoreTables[i].columns,
-                               kStoreTables[i].name,
-                               key,
-                               first,
-                               last),
-                   [&](const StoredRow& row) {
-                     jobs[std::get<std::int64_t>(row.front())].rows[i].push_back(row);
-                   }));
+    PANELCAL_CHECK(store.each(fmt::format("SELECT {} FROM {} WHERE {} IN ({}) ORDER BY 1, 2",
+                                          kStoreTables[i].columns,
+                                          kStoreTables[i].name,
+                                          key,
+                                          list_of(numbers)),
+                              [&](const StoredRow& row) {
+                                jobs[std::get<std::int64_t>(row.front())].rows[i].push_back(row);
+                              }));
   }
   for (auto& [number, job] : jobs) job.sha256 = digest_of(job);
   return jobs;
@@ -86,7 +88,7 @@ std::vector<StoredRow> factors_of(const std::string& id, const StoredRow& job) {
 Expected<void> put_jobs(Database& database, const std::string& id, const Jobs& jobs) {
   std::vector<std::int64_t> numbers;
   for (const auto& [number, job] : jobs) numbers.push_back(number);
-  const std::string list = fmt::format("{}", fmt::join(numbers, ","));
+  const std::string list = list_of(numbers);
   const StoredValue values[] = {id};
   PANELCAL_TRY(Transaction transaction, Transaction::begin(database));
   constexpr std::string_view kFactor = "factor";
@@ -135,7 +137,6 @@ Expected<JobDelivery> JobDelivery::begin(const std::string& address, batch::Stor
   PANELCAL_TRY(std::unique_ptr<Database> database, open_database(address));
   PANELCAL_TRY(const batch::StoredBatch batch, store.batch());
   JobDelivery delivery(std::move(database), store, batch_id(batch));
-  delivery.n_jobs_ = batch.n_jobs;
   const StoredValue values[] = {delivery.id_,
                                 batch.panelcal,
                                 batch.manifest,
@@ -150,23 +151,33 @@ Expected<JobDelivery> JobDelivery::begin(const std::string& address, batch::Stor
   return delivery;
 }
 
-Expected<std::int64_t> JobDelivery::deliver(std::int64_t first, std::int64_t last) {
+Expected<std::int64_t> JobDelivery::deliver(std::span<const std::int64_t> numbers) {
   std::int64_t n_put = 0;
-  for (; first <= last; first += kJobsAtOnce) {
-    PANELCAL_TRY(const std::int64_t n,
-                 deliver_some(first, std::min(last, first + kJobsAtOnce - 1)));
+  while (!numbers.empty()) {
+    const auto some = numbers.first(std::min(numbers.size(), kJobsAtOnce));
+    PANELCAL_TRY(const std::int64_t n, deliver_some(some));
     n_put += n;
+    numbers = numbers.subspan(some.size());
   }
   return n_put;
 }
 
-Expected<std::int64_t> JobDelivery::deliver_some(std::int64_t first, std::int64_t last) {
-  PANELCAL_TRY(Jobs jobs, jobs_of(*store_, first, last));
-  const StoredValue values[] = {id_, first, last};
+Expected<std::int64_t> JobDelivery::deliver_all() {
+  std::vector<std::int64_t> numbers;
+  PANELCAL_CHECK(store_->each("SELECT number FROM job ORDER BY 1", [&](const StoredRow& row) {
+    numbers.push_back(std::get<std::int64_t>(row.front()));
+  }));
+  return deliver(numbers);
+}
+
+Expected<std::int64_t> JobDelivery::deliver_some(std::span<const std::int64_t> numbers) {
+  PANELCAL_TRY(Jobs jobs, jobs_of(*store_, numbers));
+  const StoredValue values[] = {id_};
   PANELCAL_TRY(const std::vector<StoredRow> present,
-               database_->rows("SELECT number, sha256 FROM job WHERE batch = ? AND number BETWEEN "
-                               "? AND ?",
-                               values));
+               database_->rows(
+                   fmt::format("SELECT number, sha256 FROM job WHERE batch = ? AND number IN ({})",
+                               list_of(numbers)),
+                   values));
   for (const StoredRow& row : present) {
     const auto job = jobs.find(std::get<std::int64_t>(row[0]));
     if (job != jobs.end() && row[1] == StoredValue(job->second.sha256)) jobs.erase(job);

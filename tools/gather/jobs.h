@@ -29,22 +29,21 @@ class JobDelivery {
   /// Names the batch in the database.
   static Expected<JobDelivery> begin(const std::string& address, batch::Store& store);
 
-  /// The jobs from number `first` to number `last`, as far as the store has them.
+  /// Jobs by their numbers, as far as the store has them.
   ///
   /// Out    the number of those that were put in
-  Expected<std::int64_t> deliver(std::int64_t first, std::int64_t last);
-  Expected<std::int64_t> deliver_all() { return deliver(1, n_jobs_); }
+  Expected<std::int64_t> deliver(std::span<const std::int64_t> numbers);
+  Expected<std::int64_t> deliver_all();
 
   const std::string& database_name() const { return database_->name(); }
 
  private:
   JobDelivery(std::unique_ptr<Database> database, batch::Store& store, std::string id);
-  Expected<std::int64_t> deliver_some(std::int64_t first, std::int64_t last);
+  Expected<std::int64_t> deliver_some(std::span<const std::int64_t> numbers);
 
   std::unique_ptr<Database> database_;
   batch::Store* store_;
   std::string id_;
-  std::int64_t n_jobs_ = 0;
 };
 
 }  // namespace panelcal::gather

@@ -20,8 +20,8 @@ Expected<Answer> push(const HistoryOptions& options, CommandContext& /*context*/
   PANELCAL_TRY(
       const gather::PushedLedger pushed,
       gather::push_ledger(ledger, file.string(), options.reports, system_clock()(), *database));
-  std::string text = internal::counted(pushed.n_entries, "new entry");
-  if (pushed.n_entries != 1) text = fmt::format("{} new entries", pushed.n_entries);
+  std::string text =
+      fmt::format("{} new {}", pushed.n_entries, pushed.n_entries == 1 ? "entry" : "entries");
   if (!options.reports.empty()) text += ", " + internal::counted(pushed.n_nights, "new night");
   return Answer{fmt::format("{} put into {}\n", text, database->name())};
 }

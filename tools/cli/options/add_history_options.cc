@@ -112,15 +112,11 @@ void add_history_verify_options(CLI::App& command, HistoryOptions& o) {
 void add_history_push_options(CLI::App& command, HistoryOptions& o) {
   command.add_option("-l,--ledger", o.ledger, "The ledger's file")->required();
   command.add_option("--reports", o.reports, "Folder of the machine's nights ([nightly] reports)");
-  command
-      .add_option("--store", o.store, "Database: postgresql://USER@HOST/NAME, or a file of SQLite")
-      ->required();
+  add_store(command, o.store)->required();
 }
 
 void add_history_fleet_options(CLI::App& command, HistoryOptions& o) {
-  command
-      .add_option("--store", o.store, "Database: postgresql://USER@HOST/NAME, or a file of SQLite")
-      ->required();
+  add_store(command, o.store)->required();
   command.add_option(
       "--clock", o.clock, "Date and time in UTC, such as 2026-11-21T02:00:00Z (default: now)");
   command

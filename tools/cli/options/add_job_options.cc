@@ -77,11 +77,6 @@ CLI::Option* add_metrics(CLI::App& command, std::string& metrics) {
       "--metrics", metrics, "Numbers for Prometheus (.prom), for its node exporter");
 }
 
-CLI::Option* add_store(CLI::App& command, std::string& store) {
-  return command.add_option(
-      "--store", store, "Database of many batches: postgresql://USER@HOST/NAME, or a file");
-}
-
 /// A batch on more than one computer.
 void add_engine(CLI::App& command, BatchOptions& o) {
   CLI::Option_group* engine = command.add_option_group("ENGINE", "Engine: more than one computer");

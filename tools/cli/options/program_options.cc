@@ -40,6 +40,11 @@ void add_reading(CLI::App& command,
   format->needs(program);
 }
 
+CLI::Option* add_store(CLI::App& command, std::string& store) {
+  return command.add_option(
+      "--store", store, "Database: postgresql://USER@HOST/NAME, or a file of SQLite");
+}
+
 void add_json(CLI::App& command, FactsFiles& facts) {
   command.add_option("--json", facts.json, "The facts as JSON; - is standard output");
 }

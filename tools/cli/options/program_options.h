@@ -29,6 +29,8 @@ void add_reading(CLI::App& command,
 
 /// --json of a command that states facts.
 void add_json(CLI::App& command, FactsFiles& facts);
+/// The database of many batches and machines (tools/gather/database.h).
+CLI::Option* add_store(CLI::App& command, std::string& store);
 /// --report of one whose facts a page shows.
 void add_report(CLI::App& command, FactsFiles& facts, const char* help);
 
